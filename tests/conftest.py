@@ -180,6 +180,7 @@ def pytest_collection_modifyitems(items):
 
 
 def pytest_collection_finish(session):
+    gc.freeze()  # among so many objects, the garbage of tests would hardly ever be collected: 3 GB a process
     gc.enable()
 
 

@@ -6,7 +6,7 @@ from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.printing import text
 from mbdsl.mechanism.drawn_shapes import DrawnShape
 from mbdsl.mechanism.scene import Component, Scene
-from mbdsl.mechanism.scene_tables import value, with_unit
+from mbdsl.mechanism.scene_tables import value, whens, with_unit
 from mbdsl.messages import visible
 
 
@@ -26,6 +26,9 @@ def describe(scene: Scene) -> str:
             [f"0 = {text(e)}" for e in c.velocity_constraints],
             [f"shape {_shape(x)}" for x in scene.shapes.get(c.name, ())],
         )
+    discrete = [scene.events.variables[name] for name in scene.events.typed]
+    section(lines, "discrete", [f"{x.type} {x.name}(start = {value(x.start)}) {x.unit}".rstrip() for x in discrete])
+    section(lines, "events", [f"when {c}: {does}" + (f"  // {line}" if line else "") for c, does, line in whens(scene)])
     section(
         lines,
         "initial",

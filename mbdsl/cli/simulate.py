@@ -58,7 +58,8 @@ COMMAND = Command(
         model
     --input NAME=FILE ...  values of an input over time: the columns `time` and NAME (or the only other one) of a result
         file or CSV, in SI units or those of its row of units; linear between the rows
-    --signals PATTERN,...  signals to write (globs, expressions); default: coordinates and velocities of all bodies
+    --signals PATTERN,...  signals to write (globs, expressions); default: coordinates and velocities of all bodies,
+        states and discrete variables
     --output FILE  result file ({results}); default: the model's name + .csv
     @units_of_file
     --checkpoint FILE  write checkpoints of the run to this file, for `mbdsl resume FILE`; it is removed when the run is

@@ -27,6 +27,7 @@ _TYPE_DOCS = {
     "Boolean": "true or false",
     "String": "a text",
     "Table": "a function of one variable, defined by points: `Table f(table = [0 s, 0 N; 1 s, 2 N]);`",
+    "AssertionLevel": "of an `assert`: `AssertionLevel.error` ends the run, `AssertionLevel.warning` lets it go on",
     **dict.fromkeys(FRAME_TYPES, "a frame fixed to a body, another name of a frame, or a connector"),
 }
 #: settings of frames, tables and values

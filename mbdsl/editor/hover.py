@@ -82,7 +82,7 @@ def of_occurrence(occurrence: Occurrence, values: Mapping[str, str]) -> str:
     if symbol.form == e.OF_KIND:
         return descriptions.of_member({**kinds(spatial=True), **kinds()}[symbol.owner], symbol.name)
     if symbol.form == e.SETTING:
-        return descriptions.of_setting(symbol.name)
+        return descriptions.of_setting(symbol.name) or descriptions.of_word(symbol.name)
     if symbol.form == e.LOOP_VARIABLE:
         return f"`{symbol.name}`: variable of a loop"
     if symbol.form == e.ALIAS:

@@ -66,7 +66,7 @@ def unit_pattern() -> str:
     """Regular expression of a unit, as ``units.scan`` reads it; products in parentheses are not nested."""
     # A symbol that continues like a name ("m1", "m_a") is a name, not a unit.
     symbols = "|".join(sorted(units.symbols(), key=lambda name: (-len(name), name)))
-    factor = rf"(?:{symbols})(?:\^\(-?[1-9]\)|\^-?[1-9]|[2-9])?(?![A-Za-z0-9_µ])"
+    factor = rf"(?:{symbols})(?:{units.EXPONENT})?(?![A-Za-z0-9_µ])"
     product = rf"{factor}(?:[./]{factor})*"
     part = rf"(?:{factor}|\({product}\))"
     return rf"{part}(?:[./]{part})*"

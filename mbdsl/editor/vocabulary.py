@@ -87,7 +87,7 @@ FUNCTION_DOCS: Mapping[str, tuple[str, str]] = {
     "zeros": ("n, ...", "array of zeros"),
     "ones": ("n, ...", "array of ones"),
     "linspace": ("first, last, n", "n values at equal distances"),
-    "der": ("x", "time derivative of a position or an angle"),
+    "der": ("x", "time derivative of a state, a position or an angle"),
     "assert": ("condition, text", "ends the run with this text, if the condition is or becomes false"),
     "noEvent": ("x", "x, at whose jumps and corners no events are located"),
     "smooth": ("n, x", "x, which has n continuous derivatives; if n >= 1, no events are located in it"),

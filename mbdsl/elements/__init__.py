@@ -123,7 +123,7 @@ def of_variant(name: str, spatial: bool) -> Declared:
             return Declared(sliding_friction.MOTIONS[name], sliding_friction)
         file = importlib.import_module(f"{__name__}.{name.partition('_of_')[0]}")
         if "_of_" in name:
-            return Declared(file.of_count(int(name.rpartition("_")[2])), file)
+            return Declared(file.of_count(*map(int, name.partition("_of_")[2].split("_"))), file)
         return Declared(file.IN_SPACE if spatial else file.KIND, file)
     found = loaded(f"{_package(True)}.{base}")
     return Declared(found.joint.in_axes(name), found.file)

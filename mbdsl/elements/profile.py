@@ -17,6 +17,7 @@ neighbours.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from math import asin, copysign, cos, hypot, sin, sqrt
 from typing import NamedTuple
 
@@ -122,8 +123,13 @@ def area(points: Sequence[Point], arcs: Sequence[float]) -> float:
     return sum(p[0] * q[1] - p[1] * q[0] for p, q, _ in pieces(points, arcs))
 
 
-def features(points: Sequence[Point], arcs: Sequence[float], smooth: bool, hole: bool) -> list[Feature]:
-    """The features of a closed profile.
+def features(
+    points: Sequence[Point], arcs: Sequence[float], smooth: bool, hole: bool, radius: float = 0.0
+) -> tuple[list[Feature], tuple[int, ...]]:
+    """The features of a closed profile, and the lengths of its chains, which come first.
+
+    A chain is what a circle of a ``radius`` [m] rolls along without touching another piece: chains end at hollow
+    corners and at hollow arcs that are smaller than the circle. Fewer than two are none.
 
     Parameters
     ----------
@@ -141,8 +147,8 @@ def features(points: Sequence[Point], arcs: Sequence[float], smooth: bool, hole:
     if turned:
         points, radii = points[::-1], [*radii[-2::-1], *radii[-1:]]
     found = [half for x in (_biarcs(points) if smooth else pieces(points, radii)) for half in x.halves()]
-    made = list[Feature]()
     ends = [(x.tangent(x.p), x.tangent(x.q)) for x in found]
+    corners: list[Feature | None] = [None] * len(found)
     for i, piece in enumerate(found):
         (_, b), (a, _) = ends[i], ends[(i + 1) % len(found)]
         turn, along = b[0] * a[1] - b[1] * a[0], b[0] * a[0] + b[1] * a[1]
@@ -151,11 +157,30 @@ def features(points: Sequence[Point], arcs: Sequence[float], smooth: bool, hole:
             continue
         x, y = piece.q
         alpha, beta = b[0] * x + b[1] * y, a[0] * x + a[1] * y
-        made.append(Feature(*b, alpha, *a, beta, 0.0, 0.0, 0.0, copysign(1.0, turn), x, y, 0.0))
-    for piece, (a, b) in zip(found, ends, strict=True):
+        corners[i] = Feature(*b, alpha, *a, beta, 0.0, 0.0, 0.0, copysign(1.0, turn), x, y, 0.0)
+    in_order = list[Feature]()
+    for piece, (a, b), corner in zip(found, ends, corners, strict=True):
         alpha, beta = (t[0] * x[0] + t[1] * x[1] for t, x in ((a, piece.p), (b, piece.q)))
-        made.append(Feature(*a, alpha, *b, beta, *piece.distance()))
-    return made
+        in_order += [Feature(*a, alpha, *b, beta, *piece.distance()), *([corner] if corner else [])]
+    return _chained(in_order, radius)
+
+
+def _chained(in_order: list[Feature], radius: float) -> tuple[list[Feature], tuple[int, ...]]:
+    """The features with those of chains first, and the lengths of the chains.
+
+    The chain of a polygon with a single hollow corner ends in the middle, too: both its ends touch in the corner.
+    """
+    ends = [i for i, x in enumerate(in_order) if x.sigma < 0.0 and radius >= x.R]
+    if not ends:
+        return in_order, ()
+    chains = [in_order[i + 1 : k] for i, k in pairwise(ends)]
+    chains = [x for x in (*chains, in_order[ends[-1] + 1 :] + in_order[: ends[0]]) if x]
+    if len(chains) == 1 and not any(x.R for x in in_order):
+        half = len(chains[0]) // 2
+        chains = [chains[0][:half], chains[0][half:]]
+    if len(chains) < 2:
+        return in_order, ()
+    return [*(x for chain in chains for x in chain), *(in_order[i] for i in ends)], tuple(map(len, chains))
 
 
 def outline(points: Sequence[Point], arcs: Sequence[float], smooth: bool) -> list[Point]:

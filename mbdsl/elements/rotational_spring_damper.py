@@ -26,6 +26,6 @@ KIND = ForceKind(
     laws=("torque",),
     effects={"damping": zero("c")},
     springs=lambda v: ((v["k"], v["c"], v["phi0"]),),
-    drawing="spiral",
+    drawing="turning spring",
 )
 IN_SPACE = in_space(KIND, about_n)

@@ -27,6 +27,6 @@ KIND = ForceKind(
     touching=rigid("phi", "phi_min", "phi_max"),
     specialised=specialised("rotational_stop"),
     latches=touch("phi", "w", "w_0"),
-    drawing="nothing",
+    drawing="turning stop",
 )
 IN_SPACE = in_space(KIND, about_n)

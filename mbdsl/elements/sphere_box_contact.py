@@ -49,5 +49,5 @@ IN_SPACE = contact(
     [touch(("normal_x", "normal_y", "normal_z"))],
     spatial=True,
     terms=terms(),
-    drawing="nothing",
+    drawing="ball on solid",
 )

@@ -53,7 +53,7 @@ def on_round(name, what, length, parts, terms):
         terms=terms,
         axes=along_axis,
         check=check,
-        drawing="nothing",
+        drawing="ball on solid",
     )
 
 

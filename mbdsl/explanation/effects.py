@@ -170,9 +170,8 @@ class Effects:
     def events(self) -> Entry:
         """What acts at events, which end steps."""
         scene = self.scene
-        typed = [x for x in scene.events.whens if any(b.span is not None for b in x.branches)]
         clocks = few([f"{float(clock.period):g} s" for clock in scene.events.clocks])
-        found = [count(len(typed), "when-equation")] if typed else []
+        found = [count(len(own), "when-equation")] if (own := scene.events.written) else []
         found += [f"clocks of {clocks}"] if clocks else []
         touching = [*(c.name for c in scene.contacts), *(x.name for x in scene.sticking)]
         found += [few(touching, 4)] if touching else []

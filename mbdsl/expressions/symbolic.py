@@ -345,14 +345,15 @@ def evaluate(
     operations: dict[str, Callable] = OPERATIONS,
     table: Callable[[Any, int, Any], Any] | None = None,
     angle: Callable[..., Any] | None = None,
+    order: list[Expr] | None = None,
 ) -> list:
     """Values of ``roots`` given the value of every leaf; works on arrays with array ``operations``.
 
-    ``angle`` evaluates nodes of this operation, which count turns.
+    ``angle`` evaluates nodes of this operation, which count turns; ``order`` is ``walk(*roots)``, if it is known.
     """
     roots = list(roots)
     values: dict[Expr, object] = {}
-    for n in walk(*roots):
+    for n in walk(*roots) if order is None else order:
         if n.op == "const":
             values[n] = n.value
         elif n.op == "table":

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from mbdsl.elements.kind import is_point
 from mbdsl.initial.shared_loads import undetermined
 from mbdsl.kernels.arrays import Array
 from mbdsl.messages import few
@@ -48,9 +49,26 @@ def repeated(system: System, t: float, q: Array, v: Array, redundant: Sequence[i
         names = ", ".join(where(system, other) for other in others if other != joint)
         off = float(np.abs(violation[own]).max())
         misfit = f"; its misfit is {off:.2g}" if off > FITS * system.tables.size else ""
-        why = f"follows from {names}" if names else "has rows that depend on each other"
+        why = f"follows from {names}" if names else _alone(system, joint)
         lines.append(f"{where(system, joint)} {why}{misfit}")
     return lines
+
+
+def _alone(system: System, joint: str) -> str:
+    """Why a joint has a redundant row of its own."""
+    scene = system.scene
+    ends = [scene.components[scene.frames[x].body] for x in scene.components[joint].ports.values()]
+    points = [c.name for c in ends if is_point(c.kind)]
+    return (
+        f"need not keep the attitude of {points[-1]}, a point mass" if points else "has rows that depend on each other"
+    )
+
+
+def of_attitudes(system: System, t: float, q: Array, v: Array, redundant: Sequence[int]) -> list[str]:
+    """Names of the redundant rows that always hold, since they are about the attitude of a point mass."""
+    J = system.velocity_jacobian(t, q, v) if redundant else None
+    names = system.constraint_names()
+    return [names[k] for k in redundant if isinstance(J, np.ndarray) and not J[k].any()]
 
 
 def not_unique(system: System, t: float, q: Array, redundant: Sequence[int]) -> list[str]:

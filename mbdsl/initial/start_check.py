@@ -101,8 +101,7 @@ def _assembled(scene: Scene, graph: MechanismGraph) -> list[str]:
     if redundant:
         follow = "follows" if len(redundant) == 1 else "follow"
         lines.insert(0, f"redundant: {', '.join(redundant)} {follow} from the other constraints")
-        if scene.spatial:
-            lines.insert(0, _mobility(whole, len(redundant)))
+        lines.insert(0, _mobility(graph, len(redundant)))
     return [f"assembled at t = {t:g} s{_guesses(moved)}", *lines, _size(whole)]
 
 
@@ -113,11 +112,11 @@ def _size(whole: System) -> str:
     return f"errors of positions are relative to {size:.3g} m{or_motion}"
 
 
-def _mobility(whole: System, redundant: int) -> str:
-    """The mobility that counts independent rows only."""
-    rows = whole.m + whole.p - len(whole.tables.switchable) - redundant
-    sides = f"{count(whole.n, 'coordinate')} - {count(rows, 'independent constraint row')}"
-    return f"true mobility {whole.n - rows} = {sides}"
+def _mobility(graph: MechanismGraph, redundant: int) -> str:
+    """The mobility that counts independent rows only, without those of rigid contacts."""
+    rows = graph.rows + graph.velocity_rows - redundant
+    sides = f"{count(graph.coordinates, 'coordinate')} - {count(rows, 'independent constraint row')}"
+    return f"true mobility {graph.coordinates - rows} = {sides}"
 
 
 def _states(reduction: Reduction, whole: System, t: float) -> Iterator[tuple[System, InitialState]]:

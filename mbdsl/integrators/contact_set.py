@@ -14,9 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
+from mbdsl.integrators import contact_errors
+from mbdsl.integrators.driven_contacts import drivers_at_fault
 from mbdsl.integrators.friction_set import FrictionSet
 from mbdsl.integrators.rim_corners import RimCorners
-from mbdsl.integrators.touching import Touching, UnsolvedContactsError, reduced, senses
+from mbdsl.integrators.shared_reactions import SharedReactions
+from mbdsl.integrators.touching import Touching, reduced, senses
 from mbdsl.mechanism.contacts import (
     ALONG,
     ALONG_2,
@@ -45,6 +48,7 @@ from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
 
 Array = NDArray[np.float64]
+State = tuple[float, Array, Array]  #: t, q, v
 Places = NDArray[np.int64]
 Rows = tuple[int, ...]
 Numbers = dict[str, float]
@@ -89,6 +93,7 @@ class ContactSet:
         self.law = in_sequence if self.contacts and self.contacts[0].sequential else at_once
         self.shortest, self.struck, self.eased, self.span = 0.0, False, False, 1.0
         self.shared: list[tuple[float, tuple[str, ...]]] = []
+        self.read = SharedReactions(system)
         # of the last event: time, contacts and modes, and shares and accelerations
         self._shared: tuple[tuple, Array, Array] | None = None
         self._before: tuple[float, Numbers] = np.nan, {}  # time of the last event, and values before it
@@ -103,6 +108,7 @@ class ContactSet:
         """
         size, self._before, self.shared, self._shared = self.system.tables.size, (np.nan, {}), [], None
         self._release(values)
+        self.read.found = []
         self.shortest, self.span = max(OF_TOLERANCE * min(tol or LOOSEST, LOOSEST), LEAST) * span, span or 1.0
         for contact, gap in zip(self.contacts, self._gaps(t, q), strict=True):
             if not contact.absent and gap < -OVERLAP * size:
@@ -111,6 +117,11 @@ class ContactSet:
 
     def _gaps(self, t: float, q: Array) -> Array:
         return self.system.Phi(t, q)[self.rows]
+
+    def without_value(self, t: float, q: Array) -> contact_errors.UnsolvedContactsError | None:
+        """The error of the first contact whose gap has no value at time t; None if all have one."""
+        own = zip(self.contacts, self._gaps(t, q), strict=True)
+        return next((contact_errors.no_value(c, t) for c, gap in own if not (c.absent or np.isfinite(gap))), None)
 
     def left_out(self, left_out: Rows, values: Numbers) -> Rows:
         """The rows that are left out: those of ``left_out`` that are no contacts, and of contacts that are not closed
@@ -141,13 +152,13 @@ class ContactSet:
         """
         self.struck = self.eased = False
         modes = np.array([values[number(c.name, MODE)] for c in self.contacts])
+        if (problem := self.without_value(t, q)) is not None:
+            raise problem
         self.corners.lean(t, q, v, values)
         gaps = self._gaps(t, q)
         near = np.where(modes == OPEN, NEAR, OVERLAP) * self.system.tables.size
-        which = np.flatnonzero((gaps < near) & self.present)
-        given = v
-        if t != self._before[0]:
-            self._before = t, dict(values)
+        which, given = np.flatnonzero((gaps < near) & self.present), v
+        self._before = self._before if t == self._before[0] else (t, dict(values))
         before = self._before[1]
         self._release(values)
         if len(which):
@@ -221,7 +232,7 @@ class ContactSet:
         try:
             X = np.linalg.solve(K, right)[:n]
         except np.linalg.LinAlgError:
-            raise self._unsolvable("impulses", t, which) from None
+            raise self._unsolvable("impulses", (t, q, v), which, others) from None
         G = W @ X
         own = [self.contacts[k] for k in which]
         mu, mu_s = np.array([c.mu for c in own]), np.array([c.mu_s for c in own])
@@ -247,11 +258,12 @@ class ContactSet:
         try:
             P = self.law(Contacts(laws.G, laws.sizes, laws.mu), u, self.e[which]).P
         except UnsolvableError as error:
-            raise self._unsolvable("impulses", t, which[list(error.which)]) from None
-        if self.corners.turned(which, P[touching.normals], values):
+            raise self._unsolvable("impulses", (t, q, v), which[list(error.which)], others) from None
+        N = touching.normals
+        if self.corners.turned(which, P[N], values):
             return self._struck(t, q, v, which, others, values)
-        for k, impulse in enumerate(P[touching.normals]):
-            if impulse > 0.0:
+        for k, impulse in enumerate(P[N]):
+            if impulse * laws.G[N[k], N[k]] > slow:  # less is rounding of a body that rests there
                 name = self.contacts[which[k]].name
                 values[number(name, COUNT)] += 1.0
                 values[number(name, IMPULSE)] = float(impulse)
@@ -287,10 +299,10 @@ class ContactSet:
         last = tuple(self._last(k, sense, u[own.laws.tangents(i)], before) for i, (k, sense) in each)
         laws, turn = reduced(own, u, slips)
         if (paradox := painleve(laws)) is not None:
-            raise self._paradox(t, int(own.which[paradox[0]]), paradox[1])
+            raise contact_errors.too_rough(self.contacts[own.which[paradox[0]]], t, paradox[1])
         found = at_rest(laws, turn @ b, last)
         if found is None:
-            raise self._unsolvable("reactions", t, own.which)
+            raise self._unsolvable("reactions", (t, q, v), own.which, others)
         P, modes = found
         if self.corners.turned(own.which, P[laws.first], values, (laws, turn @ b)):
             return self._lasting(t, q, v, which, others, before, values)
@@ -298,8 +310,7 @@ class ContactSet:
         act = active(laws, P, modes)
         shares, w = self._shares(t, own, laws, P, modes, turn @ b, act)
         for i, (k, mode) in enumerate(zip(own.which, modes, strict=True)):
-            name = self.contacts[k].name
-            n = laws.first[i]
+            name, n = self.contacts[k].name, laws.first[i]
             if n in act:
                 values[number(name, MODE)] = CLOSED
             elif mode != contact_modes.OPEN or not independent_rows(laws.G, [*act, n])[-1]:
@@ -308,6 +319,7 @@ class ContactSet:
             if self.contacts[k].slips and (n in act or mode == STICK):
                 values[number(name, SLOW)] = edge
                 values |= self._rub(name, laws, i, mode, u[own.laws.tangents(i)], w[laws.tangents(i)], act, shares)
+        self.read.look((t, q, v), (own, laws, turn, modes), others, values)
         if not act:
             return v
         J, rate = turn[act] @ own.W, turn[act] @ u
@@ -377,19 +389,6 @@ class ContactSet:
             found |= {number(name, x): float(d) for x, d in zip((ALONG, ALONG_2), along, strict=True)}
         return found
 
-    def _paradox(self, t: float, k: int, mu: float) -> UnsolvedContactsError:
-        contact = self.contacts[k]
-        return UnsolvedContactsError(
-            f"friction of `{contact.name}` is too large at t = {t:.9g} s: with mu = {contact.mu:g} its reaction does "
-            f"not exist or is not unique, from mu = {mu:.6g} on (Painleve's paradox)",
-            contact.span,
-            "take a smaller mu, or a contact with stiffness `k`",
-        )
-
-    def _unsolvable(self, what: str, t: float, which: Places) -> UnsolvedContactsError:
-        names = ", ".join(f"`{self.contacts[k].name}`" for k in which)
-        return UnsolvedContactsError(
-            f"no {what} satisfy the laws of the contacts {names} at t = {t:.9g} s",
-            self.contacts[which[0]].span,
-            "the bodies that touch are jammed between others: leave a gap, or take a contact with stiffness `k`",
-        )
+    def _unsolvable(self, what: str, at: State, which: Places, others: Rows) -> InitialisationError:
+        drivers = drivers_at_fault(self.system, *at, self.rows[which].tolist(), others)
+        return contact_errors.unsolvable(what, [self.contacts[k] for k in which], f" at t = {at[0]:.9g} s", drivers)

@@ -13,7 +13,6 @@ s = W^T, c = 0, Delassus's matrix is G = W X, and the velocities of contacts are
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,66 +20,34 @@ from numpy.typing import NDArray
 from mbdsl.errors import IntegrationError, UsageError
 from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.integrators.backends import Problem
+from mbdsl.integrators.contact_errors import unsolvable
 from mbdsl.integrators.contact_record import ContactRecord, ContactStep
+from mbdsl.integrators.driven_contacts import drivers_at_fault
+from mbdsl.integrators.step_equations import ClosedContacts, OwnForces, StepEquations, StepSolution, StepStart
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism.contacts import FRICTION
 from mbdsl.numerics.contact_modes import OPEN, STICK, Contacts, Modes
+from mbdsl.numerics.first_change import first_change
 from mbdsl.numerics.impact import UnsolvableError, in_sequence, separating
 from mbdsl.numerics.saddle_point import dense
 from mbdsl.system.accelerations import balance
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
+NO_SWITCHES = np.zeros(0, np.int64)
 
 NEAR = 1e-9  #: gap, relative to the mechanism's size, below which a contact is closed
 REST = 1e-10  #: speed of a gap, relative to the fastest motion, that counts as rest
 AGREED = 1e-8  #: change of the velocities by the last iteration for forces, relative to that within the step
 ROUNDING = 1e-13  #: this change relative to the velocities
 ARRIVED = 1e-12  #: last correction of positions and velocities by the constraints, relative to size and speed
+SEQUENCE = 40  #: impacts that touching bodies pass on one after another in a step, before the others at once
 FROZEN, MOST = 8, 40  #: iterations with the same matrix; most iterations of a step
+MEAN = 1e-12  #: error of the part that one of the two forces at a jump has in their mean
 NOT_FINITE = "the forces have values that are not finite"
 SINGULAR = "the equations of motion are singular"
 OF_SINGULAR = "a body without mass or inertia moves freely, or the pose is singular"
 DIVERGES = "the iteration for the forces of a step does not converge"
-
-
-class StepStart(NamedTuple):
-    """The start of a step of length h."""
-
-    t: float
-    q: Array
-    v: Array
-    h: float
-
-
-class StepEquations(NamedTuple):
-    """The equations of a step with n coordinates and k constraints, and the inverse (n + k, n + k) of their matrix."""
-
-    A: Array  #: M + C
-    C: Array
-    U: Array  #: J^T - Q_lam (n, k), at q_theta
-    J: Array  #: (k, n)
-    inverse: Array
-
-
-class ClosedContacts(NamedTuple):
-    """Contacts (numbers) that are closed in a step, and their rows: W (r, n), with their velocities u (r,) before; and
-    the speed that counts as rest."""
-
-    which: Rows
-    rows: list[int]
-    W: Array
-    u: Array
-    slow: float
-
-
-class StepSolution(NamedTuple):
-    """x = [dv; h dlam] for s and c, and the impulses P (r,) and modes of the contacts."""
-
-    s: Array
-    x: Array
-    P: Array
-    modes: Modes
 
 
 class ContactSteps:
@@ -104,6 +71,9 @@ class ContactSteps:
         self.modes = self.record.first_modes()  #: of the last step
         self.P = np.zeros(system.m + system.p)  #: impulses of contacts in the last step, at their rows
         self.scale = system.tables.scale
+        own = {x.condition for x in self.contacts}
+        #: which switches change forces
+        self.jumps = np.array([x.of_force and x.node not in own for x in system.tables.switches], bool)
         self._balance: Array | None = None
         self._check_laws()
 
@@ -134,7 +104,10 @@ class ContactSteps:
         switches = self._switches(t, q, v)
         for end in problem.times.tolist():
             with np.errstate(all="ignore"):
-                q, v = self.step(t, q, v, end - t)
+                try:
+                    q, v = self.step(t, q, v, end - t)
+                except UnsolvableError as error:
+                    raise self._unsolved(t, q, v, error.which) from None
             t = end
             problem.counts["steps"] += 1
             if self.events is not None and self.events.events:
@@ -146,6 +119,12 @@ class ContactSteps:
                     found = self._switches(t, q, v)
                 switches = found
             yield t, q, v, self._lam(problem.h)
+
+    def _unsolved(self, t: float, q: Array, v: Array, which: tuple[int, ...]) -> IntegrationError:
+        """The error of a step from this state, with contacts (numbers) whose laws have no solution."""
+        drivers = drivers_at_fault(self.system, t, q, v, self.normals[list(which)].tolist(), self._left_out)
+        found = unsolvable("impulses", [self.contacts[i] for i in which], "", drivers)
+        return IntegrationError(found.message, found.span, found.hint, found.notes)
 
     @property
     def _left_out(self) -> tuple[int, ...]:
@@ -246,30 +225,78 @@ class ContactSteps:
         self, start: StepStart, linear: StepEquations, touching: ClosedContacts, found: StepSolution, c: Array
     ) -> tuple[StepEquations, StepSolution]:
         """The equations and the solution with the forces of the step's own motion, from a solution with others."""
-        (t, q, v, h), n = start, self.system.n
-        at, lam = t + self.theta * h, None
+        before = found
         for k in range(1, MOST):
-            dv = found.x[:n]
-            middle = v + self.theta * dv
-            if self.system.of_multipliers:
-                lam = self.lam.copy()
-                lam[self.kept] = self._multipliers(found.x, h)
-            f, _, _ = self._at(at, self.system.moved(q, self.theta * h * middle), middle, lam)
-            new = h * f + linear.C @ dv
-            if lam is not None:  # forces contain -J^T lam
-                new += linear.U @ found.x[n:]
-            error = self._largest(linear.inverse[:n, :n] @ (new - found.s))
-            if error <= AGREED * self._largest(dv) + ROUNDING * self._largest(v):
+            new = self._own(start, linear, found).s
+            if self._agrees(start, linear, new - found.s, found):
                 return linear, found
+            if k > FROZEN and (mean := self._on_jump(start, linear, touching, (before, found), c)) is not None:
+                return linear, mean
             self.problem.counts["iterations"] += 1
             if k % FROZEN == 0:
-                former, (_, linear) = linear, self._linear(at, h)
+                former, (_, linear) = linear, self._linear(start.t + self.theta * start.h, start.h)
                 linear = self._with_rows(linear, former.J)
-                new += (linear.C - former.C) @ dv
-                if lam is not None:
-                    new += (linear.U - former.U) @ found.x[n:]
-            found = self._struck(linear, touching, new, c)
+                new = new + (linear.C - former.C) @ found.x[: self.system.n]
+                if self.system.of_multipliers:
+                    new += (linear.U - former.U) @ found.x[self.system.n :]
+            before, found = found, self._struck(linear, touching, new, c)
         raise IntegrationError(DIVERGES, hint="try a shorter step, or forces that change less abruptly")
+
+    def _agrees(self, start: StepStart, linear: StepEquations, change: Array, found: StepSolution) -> bool:
+        """Whether a ``change`` of s hardly changes the velocities of a solution."""
+        n = self.system.n
+        error = self._largest(linear.inverse[:n, :n] @ change)
+        return error <= AGREED * self._largest(found.x[:n]) + ROUNDING * self._largest(start.v)
+
+    def _own(self, start: StepStart, linear: StepEquations, found: StepSolution, sides: bool = False) -> OwnForces:
+        """The forces of the motion of a solution; ``sides``: with the switches."""
+        (t, q, v, h), system, lam = start, self.system, None
+        dv, rest = found.x[: system.n], found.x[system.n :]
+        middle = v + self.theta * dv
+        if system.of_multipliers:
+            lam = self.lam.copy()
+            lam[self.kept] = self._multipliers(found.x, h)
+        at = t + self.theta * h, system.moved(q, self.theta * h * middle), middle
+        f, _, _ = self._at(*at, lam)
+        s = h * f + linear.C @ dv
+        if lam is not None:  # forces contain -J^T lam
+            s += linear.U @ rest
+        if not sides:
+            return OwnForces(s, NO_SWITCHES, dv)
+        side = system.switches(*at, self.lam if lam is None else lam)
+        return OwnForces(s, side[self.jumps], system.quantities())
+
+    def _on_jump(
+        self,
+        start: StepStart,
+        linear: StepEquations,
+        touching: ClosedContacts,
+        ends: tuple[StepSolution, StepSolution],
+        c: Array,
+    ) -> StepSolution | None:
+        """The solution at a jump of forces, where those on each of its two sides drive the motion to the other one: a
+        mean of both (A. F. Filippov); None if there is none. ``ends``: solutions on both sides."""
+        own = [self._own(start, linear, x, True) for x in ends]
+        for _ in range(FROZEN):
+            one, two = own
+            last = dict[bool, OwnForces]()
+
+            def look(part: float) -> tuple[bool, Array]:
+                s = (1.0 - part) * one.s + part * two.s  # noqa: B023
+                found = self._own(start, linear, self._struck(linear, touching, s, c), True)
+                last[same := bool((found.side == two.side).all())] = found  # noqa: B023
+                return same, found.quantities
+
+            (low, at_low), (high, at_high) = look(0.0), look(1.0)
+            if not low or high:
+                return None
+            part = first_change(look, 0.0, 1.0, (at_low, at_high), (0.0, MEAN))
+            found = self._struck(linear, touching, (1.0 - part) * one.s + part * two.s, c)
+            own = [last[False], last[True]]
+            change = (1.0 - part) * (own[0].s - one.s) + part * (own[1].s - two.s)
+            if self._agrees(start, linear, change, found):
+                return found
+        return None
 
     def _largest(self, x: Array) -> float:
         return float(np.abs(x * self.scale).max(initial=0.0))
@@ -331,14 +358,9 @@ class ContactSteps:
         try:
             speeds = self.e[which] * approach
             if self.sequential and approach.any():
-                first = in_sequence(laws, u, self.e[which]).P
+                first = in_sequence(laws, u, self.e[which], SEQUENCE).P
                 speeds = np.where(first[N] > 0.0, np.maximum((u + G @ first)[N], 0.0), 0.0)
             found = separating(laws, free, speeds, tuple(self.modes[which].tolist()), self.P[rows])
             return found.P, found.modes
         except UnsolvableError as error:
-            names = ", ".join(f"`{self.contacts[which[i]].name}`" for i in error.which)
-            raise IntegrationError(
-                f"no impulses satisfy the laws of the contacts {names}",
-                self.contacts[which[error.which[0]]].span,
-                "the bodies that touch are jammed between others: leave a gap, or take a contact with stiffness `k`",
-            ) from None
+            raise UnsolvableError(tuple(int(which[i]) for i in error.which)) from None

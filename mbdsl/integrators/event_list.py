@@ -6,7 +6,8 @@ seen from their numbers in its history.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Collection, Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -66,8 +67,11 @@ def groups(found: EventSet) -> list[EventGroup]:
     ticks: dict[int, list[Array]] = {}
     for branch, done in found.ticks_done():
         ticks.setdefault(id(branch), []).append(done)
+    start = found.table()[0][0]
+    touches = Counter(_component(b) for b in found.events.branches if found.events.of_component(b))
+    several = {name for name, count in touches.items() if count > 1}
     own = [
-        EventGroup(name, b.span, own)
+        EventGroup(name, b.span, *_of_touch(b, own, start, several) if name == "touch" else (own,))
         for b in found.events.branches
         if any(action.what != "assert" and not (action.what == "set" and action.text) for action in b.actions)
         for name, own in _by_kind(
@@ -131,6 +135,19 @@ def kind(branch: Branch, events: Events) -> str:
     if events.of_component(branch):
         return "touch"
     return "sample" if _clocks(branch, events) else _other(branch, events)
+
+
+def _component(branch: Branch) -> str:
+    """The component of which a branch sets a number."""
+    return branch.actions[0].target.rpartition(".")[0]
+
+
+def _of_touch(branch: Branch, times: Array, start: float, several: Collection[str]) -> tuple[Array, str]:
+    """The times (k,) at which a component begins to touch, without the ``start``, at which its number is set whether it
+    touches or not; and its name, with the number of the point of one with ``several``."""
+    name = _component(branch)
+    point = branch.actions[0].target.rpartition("[")[2].rstrip("]")
+    return times[times != start], f"{name}.{point}" if name in several else name
 
 
 def _by_kind(branch: Branch, events: Events, times: Array) -> Iterator[tuple[str, Array]]:

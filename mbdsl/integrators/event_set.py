@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError, ModelError
-from mbdsl.expressions.symbolic import Expr, leaves
+from mbdsl.expressions.symbolic import Expr, walk
 from mbdsl.integrators.contact_set import ContactSet
 from mbdsl.integrators.friction_set import FrictionSet
 from mbdsl.integrators.loop import loop_state as S
@@ -37,11 +37,12 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 ROUNDS = 100  #: most rounds of one event
+WHOLE = 2.0**53  #: largest whole number up to which all are exact
 MOST_TICKS = 1e8  #: most ticks of a clock in a run, which take hours
 
 
 class ReinitError(InitialisationError):
-    """A jump of velocities that is not possible."""
+    """A jump of velocities, or a value of a discrete variable, that is not possible."""
 
 
 class Acted(NamedTuple):
@@ -58,6 +59,10 @@ class Ticked(NamedTuple):
     ticked: int
     values: dict[str, float]
     ticks: list[int]
+
+
+def _of_reactions(order: list[Expr]) -> bool:
+    return any(x.op == "multiplier" for x in order)
 
 
 class EventSet:
@@ -91,6 +96,8 @@ class EventSet:
         self._roots = [c for _, c in self._conditions]
         number = {clock.name: k for k, clock in enumerate(self.events.clocks)}
         leaf = [c.args[0].value if c.op == "ne" else None for c in self._roots]
+        #: expressions -> their nodes in order, the numbers that they read, whether they read reactions
+        self._orders: dict[tuple[Expr, ...], tuple[list[Expr], set[str], bool]] = {}
         self._of_clocks = {k: number[str(x)] for k, x in enumerate(leaf) if x in number}  #: condition -> its clock
         self.reset()
 
@@ -106,6 +113,7 @@ class EventSet:
         self.endless: list[Branch] = []
         self.failed: Action | None = None
         self._over = False  #: whether the event at the end has acted
+        self._tick, self._late = -np.inf, 0.0  #: the exact time of the last tick, and how far behind it events may be
         self._ticks = [0] * len(self.events.clocks)
 
     # -- clocks --------------------------------------------------------------------------------------------------------
@@ -189,9 +197,14 @@ class EventSet:
         for i, clock in enumerate(self.events.clocks):
             if clock.tick(self._ticks[i]) <= t:
                 due.append(clock.name)
-                while clock.tick(self._ticks[i]) <= t:
+                while (tick := clock.tick(self._ticks[i])) <= t:
+                    self._tick = max(self._tick, tick)
                     self._ticks[i] += 1
         return due
+
+    def _exactly(self, t: float) -> float:
+        """The time of a tick that the event at time t is found shortly behind, or t."""
+        return self._tick if 0.0 <= t - self._tick <= self._late else t
 
     # -- one event -----------------------------------------------------------------------------------------------------
 
@@ -213,6 +226,7 @@ class EventSet:
                     message, clock.span, f"at most {MOST_TICKS:.0e} ticks are possible: take a longer period"
                 )
         self.reset()
+        self._late = 1e-13 * max(stop - t, abs(t), abs(stop))
         if self.contacts is not None:
             self.contacts.begin(t, q, stop - t, tol, self.values)
         if self.friction is not None:
@@ -259,8 +273,9 @@ class EventSet:
     def end(self, t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> None:
         """The event at the end of the run, if `terminal()` is read."""
         if self.events.terminal in self.values and not self._over:
-            self._over = True
+            self._over, ended, self.ended = True, self.ended, ""
             self._act(t, q, v, left_out, [self.events.terminal])
+            self.ended = ended or self.ended
 
     def like(self, other: EventSet) -> None:
         """Take the scales of another set, of a run that has begun."""
@@ -320,7 +335,7 @@ class EventSet:
         if pulses:
             self._was = self._truth(t, q, v, left_out)
         if acted:
-            self.acted.append(Acted(t, tuple(acted)))
+            self.acted.append(Acted(self._exactly(t), tuple(acted)))
         self.history.append(np.array([[t, *(self.values[x] for x in self.names)]]))
         return v
 
@@ -337,6 +352,7 @@ class EventSet:
         What one when-equation sets is what the conditions of others read; each of them acts at most once.
         """
         done: list[Branch] = []
+        truth = self._was
         while not self.ended and self.failed is None:
             truth = self._truth(t, q, v, left_out)
             branches = [x for x in self._rising(truth & ~self._was) if all(x is not y for y in done)]
@@ -382,17 +398,21 @@ class EventSet:
 
     def _evaluated(self, roots: Sequence[Expr], t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> list[float]:
         """Expressions in a state with the present values; reactions are those of the equations of motion."""
+        key = tuple(roots)
+        if key not in self._orders:
+            order = walk(*key)
+            read = {str(x.value) for x in order if x.op == "input"}
+            self._orders[key] = order, read & self.inputs.keys() | read & self.values.keys(), _of_reactions(order)
+        order, read, of_reactions = self._orders[key]
         lam = None
-        if any(leaf.op == "multiplier" for leaf in self._leaves(roots)):
+        if of_reactions:
             self._put(self.values)
             lam = self.reactions
             lam = (accelerations(self.system, t, q, v, left_out)[1] if lam is None else lam)[None]
-        inputs = {name: np.array([x]) for name, x in (self.inputs | self.values).items()}
-        return [float(x[0]) for x in values(self.system, roots, np.array([t]), q[None], v[None], lam, inputs)]
-
-    @staticmethod
-    def _leaves(roots: Sequence[Expr]) -> list[Expr]:
-        return leaves(*roots)
+        given = self.inputs | self.values if self.inputs else self.values
+        inputs = {name: np.array([given[name]]) for name in read}
+        found = values(self.system, roots, np.array([t]), q[None], v[None], lam, inputs, order)
+        return [float(x[0]) for x in found]
 
     def _truth(self, t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> NDArray[np.bool_]:
         return np.array(self._evaluated(self._roots, t, q, v, left_out)) != 0.0
@@ -412,17 +432,33 @@ class EventSet:
             if action.value is None:
                 self.ended = self.ended or action.text or "terminated"
                 continue
-            (x,) = self._evaluated([action.value], t, q, v, left_out)
+            (x,) = self._evaluated([action.value], self._exactly(t), q, v, left_out)
+            if action.what in ("set", "reinit"):
+                self._check(action, x, t)
             if action.what == "set":
                 self.values[action.target] = x
             elif action.what == "reinit":
-                if not np.isfinite(x):
-                    message = f"reinit of {action.target} at t = {t:.9g} s: the value is {x:g}"
-                    raise ReinitError(message, action.span, "it has to be a finite number at this event")
                 jumps.append((action, x))
             elif x == 0.0 and self.failed is None:
                 self.failed = action
         return self._jumped(jumps, t, q, v) if jumps else v
+
+    def _check(self, action: Action, x: float, t: float) -> None:
+        """Check the new value of a variable or a velocity.
+
+        Raises
+        ------
+        ReinitError
+            If it is not finite, or so large that a whole number is rounded.
+        """
+        name = f"reinit of {action.target}" if action.what == "reinit" else f"`{action.target}`"
+        if not np.isfinite(x):
+            message = f"{name} at t = {t:.9g} s: the value is {x:g}"
+            raise ReinitError(message, action.span, "it has to be a finite number at this event")
+        own = self.events.variables.get(action.target)
+        if own is not None and own.type == "Integer" and abs(x) > WHOLE:
+            message = f"{name} at t = {t:.9g} s: the whole number {x:.6g} is too large"
+            raise ReinitError(message, action.span, f"whole numbers are exact up to 2^53 = {WHOLE:.4g}: limit it")
 
     def _jumped(self, jumps: list[tuple[Action, float]], t: float, q: Array, v: Array) -> Array:
         """The velocities after impulses along the signals of reinit.

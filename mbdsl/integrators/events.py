@@ -22,18 +22,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
-from mbdsl.expressions.symbolic import leaves
+from mbdsl.expressions.symbolic import Expr, leaves, walk
 from mbdsl.integrators import declared
+from mbdsl.integrators.contact_errors import UnsolvedContactsError
 from mbdsl.integrators.event_set import EventSet, ReinitError
 from mbdsl.integrators.final_slide import End, final_slide
 from mbdsl.integrators.friction_set import At, UndecidedFrictionError
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.driver import MOST_PASSED
 from mbdsl.integrators.loop.step_times import at_stop
-from mbdsl.integrators.loop.switch_location import LEFT, REACTIONS, SHORT_OF, TURNING
+from mbdsl.integrators.loop.switch_location import BEHIND, LEFT, REACTIONS, SHORT_OF, TURNING
 from mbdsl.integrators.run_state import RunState
 from mbdsl.integrators.start_values import onto_constraints
-from mbdsl.integrators.touching import UnsolvedContactsError
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.numerics.first_change import first_change
 from mbdsl.system import System
@@ -51,11 +51,14 @@ PRECISE, CORNERED = 5, 8
 #: a run makes no progress if more than this number of events lie within this part of its length, and of the length of
 #: this number of steps without events: a relay that switches in every step of a long run makes progress
 CROWD, STANDSTILL, STEPS = 10, 1e-5, 100.0
-#: nor with this number within this part: it would take hours
-MANY, HARDLY = 200, 1e-4
+#: nor with this number within this part: it would take hours. Nor does it if this number lies within this part of the
+#: time so far, and the rest of the run would have more than TOO_MANY at this rate, as of a body that bounces ever lower
+MANY, HARDLY, TOO_MANY = 200, 1e-4, 1e6
 #: the same number of events at times that are known in advance, as at the knots of a table of time: there is an end to
-#: them, unless a law repeats in a tiny period
-MANY_KNOWN = 10_000
+#: them, unless a law repeats in a tiny period: at the rate of the last FEW, the rest would have TOO_MANY_KNOWN
+MANY_KNOWN, FEW, TOO_MANY_KNOWN = 10_000, 40, 1e9
+#: operations that repeat
+REPEATING = ("mod", "floor", "ceil", "sin", "cos", "tan")
 #: perturbation of positions and velocities, relative to the mechanism's size and the largest velocity, that may be
 #: rounding of many steps
 UNDECIDED = 1e-9
@@ -64,17 +67,21 @@ ROUNDED = 16 * EPS
 #: largest error of the located time to a switch, relative to it; of a first search on the way that is then refined; and
 #: the part of it by which a refined way may change it
 LOCATED, ROUGH, AROUND = 1e-9, 1e-5, 1e-4
+#: cuts at one time by reactions behind which controlled steps do not become shorter
+AGAIN = 3
 #: message and remedy of a run without progress
 SLIDING = "a condition changes back and forth without end: on both sides of it, forces drive the motion back"
 SLIDING_HINT = (
     "make the force continuous, for example by tanh(v/v_s) in place of sign(v); "
-    "if only rounding decides the condition, it reads the wrong quantity"
+    "if it is continuous, or if rounding alone decides the condition, leave the event out: noEvent(abs(x)) for abs(x)"
 )
 #: the same if the condition depends on a reaction
 #: time, relative to the run, in which a reaction is searched that becomes zero where steps have become too short
 SHORT = 1e-6
 #: the same, in which an event that acts is searched behind a step that was cut short
 TINY = 1e-9
+OF_TIME = "a condition on time changes so often that the run would not end"
+OF_TIME_HINT = "take a longer period, or a stop time of few periods"
 BY_ERROR = "a condition on a reaction changes back and forth without end: the error of the reaction decides it"
 BY_ERROR_HINT = (
     "reactions of dop853 follow from the motion, without an error of the step: try --method dop853; "
@@ -91,6 +98,8 @@ def sliding(switches: Sequence[Switch]) -> tuple[str, str]:
     """Message and remedy of a run without progress, in which these switches change."""
     if switches and all(map(reads_reactions, switches)):
         return BY_ERROR, BY_ERROR_HINT
+    if switches and all(map(_of_time, switches)):
+        return OF_TIME, OF_TIME_HINT
     return SLIDING, SLIDING_HINT
 
 
@@ -142,7 +151,7 @@ class SwitchEvents:
         """The switches that change without progress of time."""
         states = np.array([s for _, s in self._recent])
         seen = _changed(self.system, states.min(axis=0), states.max(axis=0)) if self._recent else []
-        return seen or self._hidden or self._undecided()
+        return seen or self._hidden or self._undecided() or [x for x in self.system.tables.switches if _of_time(x)]
 
     def _undecided(self) -> list[Switch]:
         """The switches that a perturbation of the size of rounding changes at the present state."""
@@ -163,8 +172,9 @@ class SwitchEvents:
         """Initialise the switches at the start of the run."""
         run, reals, integers, switches = self.run, self.run.reals, self.run.integers, self.system.tables.switches
         if switches or self.set is not None:
+            read = self._fixed and self.system.tables.switches_of_multipliers  # a tolerance bounds their error
             turning = self.set is not None and self.set.friction is not None and self.set.friction.turning
-            integers[S.WATCHING] = TURNING if turning else REACTIONS if self._of_reactions else 1
+            integers[S.WATCHING] = TURNING if turning else REACTIONS if self._of_reactions else BEHIND if read else 1
             # the error estimate hardly sees a corner between two of many stages
             passed = declared(run.method).order <= CORNERED
             integers[S.CORNERS] = passed and all(switch.of_force for switch in switches)
@@ -243,8 +253,9 @@ class SwitchEvents:
         run, reals, integers, system = self.run, self.run.reals, self.run.integers, self.system
         t, (q, v, lam), least = run.time, run.state(), reals[S.LEAST_H]
         known, cut = t >= reals[S.NEXT_EVENT], int(integers[S.CUT])
-        # the switch is so close that no step was possible, or no fixed one that its own reactions do not cut again
-        at_once = not known and (not cut or (self._fixed and self._cut[-1:] == [t]))
+        # the switch is so close that no step was possible, or none that its own reactions do not cut again
+        again = 1 if self._fixed else AGAIN
+        at_once = not known and (not cut or self._cut[-again:] == again * [t])
         h, integers[S.CUT] = reals[S.STEP_SIZE] if known else reals[S.UNCUT], 0
         run.synchronise()
         if not known and self._stands_still(t):
@@ -263,8 +274,9 @@ class SwitchEvents:
                 q, v = onto_constraints(system, t, q, v, run.left_out)
             a, lam = accelerations(system, t, q, v, run.left_out)
             located = (s, self._way(q, v, a)) if known else self._located(t, (q, v, a), lam, old, cut, at_once)
-            if located is None and at_once and run.grid and self._lags:
-                located = h, self._way(q, v, a)  # no reaction changes a mode within the step
+            if located is None and at_once and run.grid and system.tables.switches_of_multipliers:
+                way = self._way(q, v, a)  # the step's own reactions change a mode, those of the motion may not
+                located = self._distance(t, way, lam, old, h) or h, way
             if located is None:
                 return self._progress(t, old) if at_once else S.RUNNING, None
             (s, way), old_a, begun = located, a, t
@@ -306,7 +318,7 @@ class SwitchEvents:
             struck, self._cut = True, []  # and so do shares of friction, which change ever more often until it slides
         status = self._known_progress(t) if timed or struck else self._progress(t, new)
         if self.set is not None:
-            status = self.set.status or (S.RUNNING if known else status)
+            status = self.set.status or (S.RUNNING if known and not self._hidden else status)
         return status, Restart(t, q, v, a, lam, longest)
 
     def _cleared(self, t: float, q: Array, v: Array, lam: Array, s: float) -> Array:
@@ -336,11 +348,15 @@ class SwitchEvents:
         if self.set is not None:  # rounding may keep a gap from closing
             most = max(most, TINY * run.span)
         way = self._way(q, v, a)
-        if self._lags and combined(old) != run.integers[S.SIGNATURE]:
+        late = self._lags or (run.grid > 0.0 and self.system.tables.switches_of_multipliers)
+        if late and combined(self._switches(t, q, v, lam)[0]) != run.integers[S.SIGNATURE]:
             return self._missed(t, way, lam), way
         refines = run.grid or declared(run.method).order > PRECISE
         rough = ROUGH if refines and self.set is not None else LOCATED
         found = self._distance(t, way, lam, old, most, part=rough)
+        if found is None and at_once and run.grid:  # accelerations vanish, as of bodies that do not press yet
+            most = max(most, run.reals[S.UNCUT])
+            found = self._distance(t, self._refined(t, q, v, a, most), lam, old, most, part=rough)
         if found is None and not at_once:
             found = self._within_rounding(t, q, v, way, lam, old)
         if found is None:
@@ -349,8 +365,8 @@ class SwitchEvents:
             way = self._refined(t, q, v, a, found)
             near = found if rough > LOCATED else 0.0
             found = self._distance(t, way, lam, old, most, near) or found
-        # behind an event, rounding may leave a condition on its former side
-        return 2 * least if found == 0.0 and at_once and self.set is not None else found, way
+        # behind an event, and less than the rounding of times away, a condition may be left on its former side
+        return max(found, 2 * least) if at_once and self.set is not None else found, way
 
     def _missed(self, t: float, way: Way, lam: Array) -> float:
         """The time from t back to just behind the change of a switch, which the reactions of the last step have not
@@ -435,7 +451,11 @@ class SwitchEvents:
         there = self.system.moved(q, s * v)  # what happens at the time of the tick, but for rounding, is one event
         if (self.system.switches(t, q, v, lam) != self.system.switches(t + s, there, v, lam)).any():
             return False
-        acted = events.act(t + s, q, v, run.left_out, put=False)
+        try:
+            acted = events.act(t + s, q, v, run.left_out, put=False)
+        except ReinitError:  # the event that follows says why
+            events.undo()
+            return False
         if acted is not v or events.left_out(run.left_out) != tuple(sorted(run.left_out)):
             events.undo()
             return False
@@ -470,6 +490,10 @@ class SwitchEvents:
 
     def no_accelerations(self, t: float, q: Array, v: Array) -> int:
         """The status of a run that stops at a state without accelerations."""
+        if self.set is not None and self.set.contacts is not None:
+            self.unsolved = self.set.contacts.without_value(t, q)
+            if self.unsolved is not None:
+                return S.UNSOLVED
         finite = np.isfinite(self.system.Q(t, q, v)).all()
         return S.SINGULAR if finite else S.NOT_FINITE
 
@@ -565,8 +589,22 @@ class SwitchEvents:
 
     def _known_progress(self, t: float) -> int:
         """The status after an event at a time that was known in advance."""
-        close = len(self.times) > MANY_KNOWN and t - self.times[-MANY_KNOWN] < HARDLY * self.run.span
+        run, times = self.run, self.times
+        close = len(times) > MANY_KNOWN and t - times[-MANY_KNOWN] < HARDLY * run.span
+        few = len(times) > FEW and (t - times[-FEW]) * TOO_MANY_KNOWN < FEW * (run.stop - t)
+        if few and self._repeating:
+            self._hidden = self._repeating
+            return S.SLIDING
         return S.SLIDING if close else S.RUNNING
+
+    @cached_property
+    def _repeating(self) -> list[Switch]:
+        """The switches that depend on time alone and change without end."""
+
+        def repeats(n: Expr) -> bool:
+            return n.op in REPEATING or (n.op == "table" and n.value[0].extrapolation == "periodic")
+
+        return [x for x in self.system.tables.switches if _of_time(x) and any(map(repeats, walk(x.node)))]
 
     def _progress(self, t: float, states: States) -> int:
         """Record an event at t not known in advance; return SLIDING if events make no progress, else RUNNING."""
@@ -575,8 +613,11 @@ class SwitchEvents:
             self._recent = []
         self._recent.append((t, states))
         self._found = [*self._found[-MANY:], t]
-        if len(self._found) > MANY and t - self._found[0] < HARDLY * length:
-            return S.SLIDING
+        if len(self._found) > MANY:
+            taken, run = t - self._found[0], self.run
+            dense = taken < HARDLY * (t - run.start) and taken * TOO_MANY < MANY * (run.stop - t)
+            if dense or taken < HARDLY * length:
+                return S.SLIDING
         return S.SLIDING if len(self._recent) > CROWD else S.RUNNING
 
 

@@ -87,6 +87,7 @@ class Landings:
             FEW,
         )  #: steps that the next searches take together, which may double; those of the next one
         self._tries, self._from = 0, -np.inf
+        self.unresolved: Expr | None = None  #: the law or condition of which steps, however short, may hide a peak
         #: number of steps that come before zones that were found, and these zones
         self._due = NOTHING
 
@@ -191,6 +192,7 @@ class Landings:
                     self._tries, self._from = 0, zones[0].start
                 self._tries += 1
                 if self._tries > MOST:
+                    self.unresolved = zones[0].term
                     changing = within(zones[0].term, run.system.tables.switches)
                     self._blame(changing)
                     return S.SLIDING if changing else S.TOO_SMALL

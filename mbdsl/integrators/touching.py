@@ -13,14 +13,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mbdsl.errors import InitialisationError
 from mbdsl.numerics.contact_modes import Contacts
 
 Array = NDArray[np.float64]
-
-
-class UnsolvedContactsError(InitialisationError):
-    """No impulses or reactions satisfy the laws of the contacts."""
 
 
 class Touching(NamedTuple):

@@ -20,6 +20,9 @@ LENGTH = units.dimension("m")
 #: dimension of a coordinate -> its unit, and that of a generalised force on it
 _UNITS = {NUMBER: ("rad", "N.m"), LENGTH: ("m", "N")}
 
+#: functions that have no negative values, and those that have none if their arguments have none
+NEVER_NEGATIVE, MONOTONE = ("abs", "sqrt", "hypot", "exp", "cosh"), ("add", "min")
+
 
 def check_law(name: str, law: Expr, kind: Kind, owner: str) -> None:
     """Check that the coordinate ``name`` of the joint ``owner`` is a function of positions."""
@@ -34,6 +37,26 @@ def check_law(name: str, law: Expr, kind: Kind, owner: str) -> None:
     if not any(leaf.op == "coordinate" for leaf in found):
         hint = "it takes a coordinate of a joint or body, such as `pin.phi`, `slide.s` or `rod.b.x`"
         raise ModelError(f"{what} is constant, expected a coordinate that varies", hint=hint)
+    if getattr(kind, "unilateral", False) and _never_negative(law):
+        hint = "it is negative where the bodies overlap: `b.x` in place of `abs(b.x)`, `hypot(x, y) - r`"
+        raise ModelError(f"{what} is not negative at any position, so that it would never close", hint=hint)
+
+
+def _never_negative(law: Expr) -> bool:
+    """Whether the form of an expression shows that it has no negative values."""
+    positive: dict[Expr, bool] = {}
+    for x in symbolic.walk(law):
+        of = [positive[a] for a in x.args]
+        if x.op == "const":
+            positive[x] = isinstance(x.value, float | int) and x.value >= 0.0
+        elif x.op == "pow":
+            even = symbolic.is_const(x.args[1]) and float(x.args[1].value) % 2.0 == 0.0
+            positive[x] = even or of[0]
+        elif x.op in ("mul", "div"):
+            positive[x] = all(of) or (x.op == "mul" and x.args[0] is x.args[1])
+        else:
+            positive[x] = x.op in NEVER_NEGATIVE or (x.op in MONOTONE and all(of)) or (x.op == "max" and any(of))
+    return positive[law]
 
 
 def checked_units(kind: Kind, owner: str, given: Mapping[str, tuple[Dimension | None, s.Expression | None]]) -> dict:

@@ -13,20 +13,21 @@ from mbdsl.lang import argument_checks, units, values
 from mbdsl.lang import syntax as s
 from mbdsl.lang.assertions import parts
 from mbdsl.lang.evaluate import evaluate, loop
-from mbdsl.lang.event_functions import ACTIONS, FUNCTIONS
+from mbdsl.lang.event_functions import FUNCTIONS
 from mbdsl.lang.mistakes import events as mistakes
 from mbdsl.lang.source import At, placed, span_of
 from mbdsl.lang.states import States
 from mbdsl.lang.unparse import write
 from mbdsl.lang.values import Quantity, Value
+from mbdsl.mechanism.contacts import NUMBERS
 from mbdsl.mechanism.events import INITIAL, TERMINAL, Action, Branch, Clock, Discrete, Events, WhenEquation
 from mbdsl.mechanism.scene_parts import Component
-from mbdsl.messages import did_you_mean
 
 if TYPE_CHECKING:
     from mbdsl.lang.scope import Scope
 
-HOLDS = 'it holds `x = ...;`, `reinit(x, ...);`, `terminate("...");` and `assert(condition, "...");`'
+#: largest denominator of a time that counts as exact, and the rounding error of a number
+SIMPLE, EPS = 1_000_000, 2.0**-52
 
 
 def assigned(items: Iterable[s.Item]) -> set[str]:
@@ -60,7 +61,6 @@ class EventsOfModel:
     def __init__(self, states: States) -> None:
         self._states = states
         self._variables: dict[str, Discrete] = {}
-        self._booleans: set[str] = set()
         self._clocks: dict[str, Clock] = {}
         self._whens: list[tuple[s.When, Scope]] = []
         self._assertions: list[tuple[s.Relation, Scope]] = []
@@ -77,8 +77,6 @@ class EventsOfModel:
             return tuple(self.make(f"{stem}{i}]", type_name, x, unit, doc, at) for i, x in enumerate(start, 1))
         number = float(bool(start.value)) if start.boolean else argument_checks.number(start, f"the start of `{name}`")
         self._add(Discrete(name, number, type_name or "Real", unit, doc, span_of(at)))
-        if type_name == "Boolean":
-            self._booleans.add(name)
         return self._leaf(name, type_name == "Boolean", start.dimension)
 
     def _add(self, variable: Discrete) -> None:
@@ -113,26 +111,40 @@ class EventsOfModel:
             return self._truth(INITIAL if name == "initial" else TERMINAL)
         if name == "sample":
             return self._sample(given, scope)
-        return self._of_variable(name, evaluate(given[0], scope.for_signals()), given[0])
+        return self._of_variable(name, evaluate(given[0], scope.for_signals()), given[0], scope)
 
-    def _of_variable(self, name: str, value: Value, e: s.Expression) -> Value:
+    def _of_variable(self, name: str, value: Value, e: s.Expression, scope: Scope) -> Value:
         """pre(x), edge(x) or change(x); of an array, that of each element."""
         if isinstance(value, tuple):
-            return tuple(self._of_variable(name, x, e) for x in value)
-        variable = self.variable(value)
-        if variable is None:
+            return tuple(self._of_variable(name, x, e, scope) for x in value)
+        past = self._past(value, scope)
+        if past is None:
             raise mistakes.no_discrete(name, e, value)
-        before = f"pre({variable})"
-        self._add(Discrete(before, self._variables[variable].start))
-        past = self._leaf(before, variable in self._booleans, value.dimension)
         if name == "pre":
             return past
-        differs = symbolic.call("ne", input_signal(variable), input_signal(before))
+        differs = symbolic.call("ne", symbolic.expr(value.value), symbolic.expr(past.value))  # type: ignore[arg-type]
         if name == "change":
             return values.boolean(differs)
         if not value.boolean:
             raise ModelError(f"edge() takes a Boolean, found {values.describe(value)}", span_of(e.at))
         return values.boolean(symbolic.call("and", symbolic.expr(value.value), differs))  # type: ignore[arg-type]
+
+    def _past(self, value: Quantity, scope: Scope) -> Quantity | None:
+        """The value before an event of what events alone change: discrete variables, and numbers of contacts such as
+        that of their impacts."""
+        read = symbolic.leaves(value.value) if isinstance(value.value, Expr) else []
+        parts = scope.namespace.assembly.parts
+        for name in (str(x.value) for x in read):
+            contact, _, number = name.rpartition(".")
+            counted = number in NUMBERS and (contact in parts or contact.rpartition(".")[0] in parts)
+            if not (self._variables.get(name, Discrete("")).type or counted):
+                return None
+            self._add(Discrete(f"pre({name})", self._variables.get(name, Discrete("")).start))
+        past = {x: input_signal(f"pre({x.value})") for x in read}
+        if not read:
+            return None
+        before = symbolic.substitute(symbolic.expr(value.value), past.get)  # type: ignore[arg-type]
+        return values.boolean(before) if value.boolean else Quantity(before, value.dimension)
 
     def _truth(self, name: str) -> Quantity:
         self._add(Discrete(name))
@@ -227,7 +239,7 @@ class EventsOfModel:
             elif isinstance(item, s.Relation):
                 yield from self._assignment(item, scope) if item.right is not None else [self._call(item, scope)]
             else:
-                raise ModelError(f"found `{_first_word(item)}` in a `when`", span_of(item.at), HOLDS)
+                raise ModelError(f"found `{_first_word(item)}` in a `when`", span_of(item.at), mistakes.HOLDS)
 
     def _chosen(self, item: s.If, scope: Scope) -> Iterable[Action]:
         """The actions of the branch of an `if` of parameters."""
@@ -324,7 +336,7 @@ class EventsOfModel:
         if name == "reinit" and len(given) == 2:
             target, value = evaluate(given[0], scope), evaluate(given[1], scope)
             return self._reinit(given, target, value, span)
-        raise no_action(call, span)
+        raise mistakes.no_action(call, span)
 
     def _warning(self, condition: s.Expression, value: Expr, text: str, span: Span | None) -> Action:
         """An assertion that is a warning only counts how often it is false."""
@@ -372,25 +384,18 @@ class EventsOfModel:
                         raise ModelError(f"`{action.target}` is set twice in one event", action.span, notes=notes)
 
 
-def no_action(found: s.Expression, span: Span | None = None) -> ModelError:
-    """The error about an expression in a when-equation."""
-    name = write(found.function) if isinstance(found, s.Call) else ""
-    hint = did_you_mean(name, ACTIONS) if name and name not in ACTIONS else None
-    if isinstance(found, s.Binary) and found.operator == "==":
-        hint = f"write `{write(found.left)} = {write(found.right)};`"
-    return ModelError(f"found `{write(found)}` in a `when`", span, hint or HOLDS)
-
-
 def _text(e: s.Expression) -> str:
     return e.value if isinstance(e, s.String) else write(e)
 
 
 def _seconds(e: s.Expression, scope: Scope) -> Fraction:
-    """A time that is known before the start, as the exact fraction that its decimals say."""
+    """A time that is known before the start, as the exact fraction that its decimals say, or as 1/3 if it is one."""
     with placed(e.at):
         value = argument_checks.fit(evaluate(e, scope), units.dimension("s"), "sample()", "s", e)
         number = argument_checks.number(value, "sample()")  # type: ignore[arg-type]
-    return Fraction(repr(float(f"{number:.15g}")))
+    simple = Fraction(number).limit_denominator(SIMPLE)
+    rounded = abs(float(simple) - number) <= 4.0 * EPS * abs(number)
+    return simple if rounded else Fraction(repr(float(f"{number:.15g}")))
 
 
 def _first_word(item: s.Item) -> str:

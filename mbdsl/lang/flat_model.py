@@ -302,7 +302,7 @@ class Assembly:
             first = next((p for p in self.parts.values() if is_body(p)), None)
             message = "the model has no ground" if first or self.parts else "the model has no components"
             where = span_of(first.at) if first is not None else None
-            raise ModelError(message, where, "declare it: `Ground ground;`")
+            raise NotConnected(message, where, "declare it: `Ground ground;`")
         parameters, variables, descriptions, inputs, display = values_of(self.slots, root)
         components: dict[str, Component] = {c.name: c for part in self.parts.values() for c in components_of(part)}
         frames = {frame.name: frame for part in self.parts.values() if is_body(part) for frame in part.frames.values()}

@@ -16,6 +16,7 @@ class Source:
         self.file = file
         self.text = text
         self._spans: dict[tuple[int, int], Span] = {}  # loops request the same places repeatedly
+        self._lines: dict[int, str] = {}  # shared by the places in them: a line may be as long as the text
 
     @cached_property
     def _starts(self) -> list[int]:
@@ -32,8 +33,9 @@ class Source:
         start = min(start, len(self.text))
         line = bisect_right(self._starts, start) - 1
         first = self._starts[line]
-        last = self._starts[line + 1] - 1 if line + 1 < len(self._starts) else len(self.text)
-        text = self.text[first:last].rstrip("\r")
+        if (text := self._lines.get(line)) is None:
+            last = self._starts[line + 1] - 1 if line + 1 < len(self._starts) else len(self.text)
+            text = self._lines[line] = self.text[first:last].rstrip("\r")
         length = max(1, min(end, first + len(text)) - start)
         return Span(self.file, line + 1, start - first + 1, length, text)
 

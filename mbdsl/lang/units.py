@@ -88,7 +88,9 @@ _PREFIX = {
 #: only these are usual with centi, deci, deca and hecto; "dt" or "cT" would be mistyped names
 _SMALL_STEPS = {"c": ("m", "N", "s"), "d": ("m",), "da": ("N",), "h": ("Pa",)}
 _SYMBOL = re.compile(r"[A-Za-zµ]+")
-_EXPONENT = re.compile(r"\^\((-?[1-9])\)|\^(-?[1-9])|([2-9])(?![0-9])|(?=[^0-9])|$")
+#: a whole number or half of one: ``m2``, ``m^2``, ``s^-1``, ``s^(-1)``, ``Pa^0.5``, ``m^(3/2)``
+EXPONENT = r"\^\(-?[1-9](?:/2)?\)|\^-?[0-9]\.5|\^-?[1-9]|[2-9](?![0-9])"
+_EXPONENT = re.compile(rf"{EXPONENT}|(?=[^0-9])|$")
 
 
 @cache
@@ -155,8 +157,9 @@ def _factor(text: str, at: int, depth: int) -> tuple[float, Dimension, int] | No
     # A symbol that continues like a name ("m1", "m_a") is a name, not a unit.
     if exponent is None or text[exponent.end() : exponent.end() + 1].isalnum() or text[exponent.end() :][:1] == "_":
         return None
-    power = int(exponent.group(1) or exponent.group(2) or exponent.group(3) or 1)
-    return known[0] ** power, tuple(power * e for e in known[1]), exponent.end()
+    exact = Fraction(exponent.group().strip("^()") or 1)
+    factor = known[0] ** (int(exact) if exact.denominator == 1 else float(exact))
+    return factor, power(known[1], exact), exponent.end()
 
 
 @cache

@@ -78,8 +78,8 @@ class Contact(NamedTuple):
 
     @property
     def gap(self) -> Expr:
-        closes = self.closing.args[0]
-        return closes.args[1].args[0]
+        closes = self.closing.args[0].args[1]
+        return closes.args[0].args[1]
 
     @property
     def condition(self) -> Expr:
@@ -116,7 +116,8 @@ def contact_of(component) -> Contact:
     """The contact that a component is."""
     name, values = component.name, component.values
     mode, edge = input_signal(number(name, MODE)), input_signal(number(name, EDGE))
-    closes = call("and", call("ne", mode, CLOSED), call("lt", component.relations[0], edge))
+    below = call("not", call("le", edge, component.relations[0]))  # a gap without a value is an event, too
+    closes = call("and", call("ne", mode, CLOSED), below)
     pulls = (
         call("lt", carried(name, 0), 0.0) if component.velocity_constraints else call("lt", 0.0, multiplier(name, 0))
     )

@@ -114,6 +114,11 @@ class Events:
         return [name for name, x in self.variables.items() if x.type]
 
     @property
+    def written(self) -> list[WhenEquation]:
+        """The when-equations and assertions of the model, without those that set numbers of components."""
+        return [when for when in self.whens if not all(map(self.of_component, when.branches))]
+
+    @property
     def branches(self) -> list[Branch]:
         return [branch for when in self.whens for branch in when.branches]
 

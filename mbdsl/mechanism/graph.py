@@ -203,14 +203,15 @@ class MechanismGraph(GraphAlgorithms):
     # -- description -----------------------------------------------------------------------------------------
     def summary(self) -> str:
         """Counts and mobility, a few lines."""
-        own = set(self.states)
-        parts = [p for p in self.sub_mechanisms if not own.issuperset(p.bodies)]
-        states = len(own)
+        of_states, whens = set(self.states), self.scene.events.written
+        parts = [p for p in self.sub_mechanisms if not of_states.issuperset(p.bodies)]
+        states = len(of_states)
         contacts = [is_contact(e.component) for e in self.joints if not e.component.kind.contacts]
         counts = [count(len(self.bodies) - states, "body", "bodies"), count(contacts.count(False), "joint")]
         counts += [count(sum(contacts), "rigid contact")] if any(contacts) else []
         counts += [count(len(self.forces) - states, "force"), count(self.loops, "independent loop")]
         counts += [count(states, "state")] if states else []
+        counts += [count(len(whens), "when-equation")] if whens else []
         sides = f"{count(self.coordinates, 'coordinate')} - {count(self.rows, 'constraint row')}"
         lines = [f"{self.scene.name}: {', '.join(counts)}", f"mobility {self.mobility} = {sides} (Gruebler count)"]
         if self.velocity_rows:
@@ -220,7 +221,9 @@ class MechanismGraph(GraphAlgorithms):
             lines.append(f"{count(len(self.scene.inputs), 'input')}: {few(list(self.scene.inputs))}")
         if len(parts) > 1:
             lines.append(f"{len(parts)} independent sub-mechanisms:")
-            lines += [f"  mobility {_mobility(p)}: {few([x for x in p.bodies if x not in own])}" for p in parts[:20]]
+            lines += [
+                f"  mobility {_mobility(p)}: {few([x for x in p.bodies if x not in of_states])}" for p in parts[:20]
+            ]
             lines += [f"  and {len(parts) - 20} more"] if len(parts) > 20 else []
         for p in parts:
             if p.velocity_mobility < 0:

@@ -47,6 +47,8 @@ class Frame:
     phi: float = 0.0
     span: Span | None = field(default=None, compare=False)
     motion: tuple[Expr, Expr, Expr] | None = None
+    #: of a ``motion``: the driver that moves its body
+    driver: Component | None = field(default=None, compare=False, repr=False, kw_only=True)
 
     @property
     def pose(self) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from mbdsl.elements.declaration import ANY
@@ -14,6 +14,7 @@ from mbdsl.plotting.figures import TextTable
 from mbdsl.plotting.html_tables import fragment
 
 if TYPE_CHECKING:
+    from mbdsl.mechanism.events import Action
     from mbdsl.mechanism.graph import MechanismGraph
     from mbdsl.mechanism.scene import Component, Scene
 
@@ -72,6 +73,7 @@ def tables(scene: Scene) -> list[TextTable]:
     """
     units = {"phi": "rad", "w": "rad/s", "vx": "m/s", "vy": "m/s", "x": "m", "y": "m"}
     rows = [_row(c, scene.display) for c in scene.components.values()]
+    discrete = {name: scene.events.variables[name] for name in scene.events.typed}
 
     def number(name: str, v: Any, unit: str) -> tuple[str, str]:
         found, shown = displayed(v, unit, name, scene.display)
@@ -92,8 +94,18 @@ def tables(scene: Scene) -> list[TextTable]:
         TextTable(
             "Variables",
             ("name", "value", "unit", "description"),
-            [(name, _short(text(e)), *scene.descriptions.get(name, ("", ""))) for name, e in scene.variables.items()],
+            [
+                (name, _short(text(e)), *scene.descriptions.get(name, ("", "")))
+                for name, e in scene.variables.items()
+                if name not in discrete
+            ],
         ),
+        TextTable(
+            "Discrete variables",
+            ("name", "start", "unit", "description"),
+            [(x.name, *number(x.name, x.start, x.unit), x.doc) for x in discrete.values()],
+        ),
+        TextTable("Events", ("when", "does", "line"), [tuple(map(_short, row)) for row in whens(scene)]),
         TextTable(
             "Initial values",
             ("signal", "value", "unit", ""),
@@ -108,6 +120,28 @@ def tables(scene: Scene) -> list[TextTable]:
             ],
         ),
     ]
+
+
+def whens(scene: Scene) -> Iterator[tuple[str, str, str]]:
+    """The branches of when-equations and the assertions as texts: conditions, what they do, and the line."""
+    for when in scene.events.written:
+        for k, branch in enumerate(when.branches):
+            conditions = ", ".join(text(c.args[0] if _is_pulse(c) else c) for c in branch.conditions)
+            line = "" if branch.span is None else f"{branch.span.file}:{branch.span.line}"
+            yield f"{'else ' if k else ''}{conditions}", "; ".join(map(_action, branch.actions)), line
+
+
+def _is_pulse(condition: Expr) -> bool:
+    """Whether it is the truth of a clock, of `initial()` or of `terminal()`."""
+    return condition.op == "ne" and condition.args[0].op == "input" and str(condition.args[0].value).endswith(")")
+
+
+def _action(action: Action) -> str:
+    if action.what == "set":
+        return f"warn: {action.text}" if action.text else f"{action.target} = {value(action.value)}"
+    if action.what == "reinit":
+        return f"reinit({action.target}, {value(action.value)})"
+    return f"{action.what}({f'{action.target}, ' if action.target else ''}{value(action.text)})"
 
 
 def _row(c: Component, display: UnitsOfSignals) -> tuple[str, ...]:

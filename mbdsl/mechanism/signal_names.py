@@ -213,6 +213,11 @@ class SignalNames:
 
     @property
     def defaults(self) -> list[str]:
+        """Names of the coordinates and velocities of all bodies, of the states, and of the discrete variables."""
+        return [*self.motion, *self.scene.events.typed]
+
+    @property
+    def motion(self) -> list[str]:
         """Names of the coordinates and velocities of all bodies, and of the states."""
         bodies, states = self.scene.bodies(), [c.name for c in self.scene.states()]
         if self.scene.spatial:

@@ -94,12 +94,12 @@ def at_rest(contacts: Contacts, b: Array, last: Modes) -> tuple[Array, Modes] | 
     where this has just become impossible, with accelerations near zero, which do not show the direction: it is that
     with a little less friction.
     """
-    few = len(contacts.sizes) <= FEW and max(contacts.sizes, default=1) < 3
     modes = tuple(STICK if STICK in x else x[-1] for x in map(contacts.choices, range(len(contacts.sizes))))
-    if few or independent_rows(contacts.G, held := contacts.held(modes)).all():
-        return solve(contacts, b, last, independent=True)
-    if (P := _all_rest(contacts, b, modes, held)) is not None:
+    dependent = not independent_rows(contacts.G, held := contacts.held(modes)).all()
+    if dependent and (P := _all_rest(contacts, b, modes, held)) is not None:
         return P, modes
+    if not dependent or (len(contacts.sizes) <= FEW and max(contacts.sizes) < 3):
+        return solve(contacts, b, last, independent=True)
     less = Contacts(contacts.G, contacts.sizes, (1.0 - LESS) * contacts.mu, contacts.slips)
     return solve(less, b, last) or solve(contacts, b, last)
 

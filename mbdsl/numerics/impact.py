@@ -95,10 +95,10 @@ def separating(
     return Impact(P, modes, low)
 
 
-def in_sequence(contacts: Contacts, u: Array, e: Array) -> Impact:
+def in_sequence(contacts: Contacts, u: Array, e: Array, most: int = MOST) -> Impact:
     """The contacts one after another, that of the fastest approach first, those of equal approach at once.
 
-    Approaches that remain after ``MOST`` problems, or that are slower than ``EQUAL`` times the first, end in one
+    Approaches that remain after ``most`` problems, or that are slower than ``EQUAL`` times the first, end in one
     problem, without restitution if they are slow.
 
     Raises
@@ -109,13 +109,13 @@ def in_sequence(contacts: Contacts, u: Array, e: Array) -> Impact:
     G, normals = contacts.G, np.array(contacts.first)
     P, modes, factor = np.zeros(len(u)), [OPEN] * len(normals), 1.0
     now, first = u, float(-u[normals].min(initial=0.0))
-    for k in range(MOST + 1):
+    for k in range(most + 1):
         approach = -now[normals]
         fastest = float(approach.max(initial=0.0))
         if fastest <= 1e-15 * first:
             break
         slow = fastest <= EQUAL * first
-        every = slow or k == MOST
+        every = slow or k == most
         which = np.arange(len(normals)) if every else np.flatnonzero(approach >= fastest * (1.0 - EQUAL))
         part = contacts.only(which.tolist())
         rows = [r for i in which for r in range(normals[i], normals[i] + contacts.sizes[i])]

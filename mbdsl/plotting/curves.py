@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 WEAK = 1e-3  #: frequencies above the last one with this part of the largest amplitude are left out
+HELD = 0.25  #: part of the values of a flag or counter that are equal to those before
 COLUMN_NOTE = "of each column of pixels the first, least, largest and last value are drawn."
 CELL_NOTE = "each segment between cells of a fine grid is drawn once."
 
@@ -58,10 +59,36 @@ def over_time(result: Result, names: Sequence[str]) -> list[SignalCurve]:
         last = t[-1] if len(t) else last
         for name in names:
             found[name].add({result.time: t, name: columns[name]})
-    return [
-        _curve(name, rows.columns().values(), rows.count, COLUMN_NOTE if rows.reduced else "")
-        for name, rows in found.items()
-    ]
+    jumps = result.jumps(False)
+    drawn = []
+    for name, rows in found.items():
+        x, y = rows.columns().values()
+        points = (x, y) if rows.reduced else stepped(x, y, jumps)
+        drawn.append(_curve(name, points, rows.count, COLUMN_NOTE if rows.reduced else ""))
+    return drawn
+
+
+def is_held(y: Array) -> bool:
+    """Whether values (N,) are those of a flag or a counter: whole numbers, which are often equal to those before."""
+    return len(y) > 1 and float((y[1:] == y[:-1]).mean()) >= HELD and bool((np.rint(y) == y).all())
+
+
+def stepped(t: Array, y: Array, events: Array) -> tuple[Array, Array]:
+    """A curve with vertical lines where its value jumps: at every change of a flag or counter, and at a change between
+    rows before and after which the value is constant.
+
+    A line is at the last event between the two rows, or at the second row if there is none.
+    """
+    flat = y[1:] == y[:-1]
+    alone = np.ones(len(flat), bool) if is_held(y) else np.r_[False, flat[:-1]] & np.r_[flat[1:], False]
+    k = np.flatnonzero(~flat & alone)
+    if not len(k):
+        return t, y
+    at, last = t[k + 1], np.searchsorted(events, t[k + 1], "right") - 1
+    if len(events):
+        at = np.where((last >= 0) & (events[last] > t[k]), events[last], at)
+    places = np.repeat(k + 1, 2)
+    return np.insert(t, places, np.repeat(at, 2)), np.insert(y, places, np.stack([y[k], y[k + 1]], axis=1).ravel())
 
 
 def in_plane(result: Result, against: str, names: Sequence[str]) -> list[SignalCurve]:

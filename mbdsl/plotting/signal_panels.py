@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mbdsl.messages import OWN, DisplayUnit, UnitsOfSignals
-from mbdsl.plotting.curves import SignalCurve
+from mbdsl.plotting.curves import SignalCurve, is_held
 from mbdsl.plotting.figures import Figure, Series
 from mbdsl.plotting.series_styles import DASHES, NEUTRAL, OTHERS, Look
 from mbdsl.results.stored import Result
@@ -31,6 +31,7 @@ FLAT = 0.26  #: the same for more panels
 MARGIN = 0.04  #: space beside a phase plot, over its range
 #: angles whose range is above a turn [rad], and this many times that of others, have a panel of their own
 TURN, WIDER = 2.0 * np.pi, 5.0
+NAMED = 3  #: lines of a model that the legend names for the events of a kind
 LINES = 12  #: events up to which their lines cross the panel
 BETWEEN = "peak between outputs"  #: name of the marks of peaks that outputs cut
 FLOOR = 1e-4  #: lowest amplitude of a spectrum that is shown, over the largest of its panel
@@ -145,8 +146,12 @@ def with_events(
     for result, label in zip(results, labels, strict=True):
         marks, unmarked = result.events(*ends)
         ticks += unmarked
-        for mark in marks:
-            found.setdefault(f"{mark.kind}, {label}" if len(results) > 1 else mark.kind, []).append(mark.t / second)
+        for kind in dict.fromkeys(mark.kind for mark in marks):
+            own = [mark for mark in marks if mark.kind == kind]
+            lines = dict.fromkeys(mark.line for mark in own)
+            name = f"{kind} ({'lines' if len(lines) > 1 else 'line'} {', '.join(lines)})"
+            name = name if all(lines) and len(lines) <= NAMED else kind
+            found[f"{name}, {label}" if len(results) > 1 else name] = [mark.t / second for mark in own]
     return tuple(replace(x, series=[*x.series, *_lines(x, found)]) for x in figures), ticks
 
 
@@ -164,12 +169,14 @@ def _lines(figure: Figure, times: Mapping[str, Sequence[float]]) -> Iterator[Ser
 
 
 def _levels(curves: Sequence[SignalCurve], units: Mapping[str, str]) -> dict[str, int]:
-    """The panels of angles by their ranges, from 0: beside one that turns many times, others would be flat lines."""
+    """The panels of angles by their ranges, from 0: beside one that turns many times, others would be flat lines; and
+    those of flags and counters, which are beside values without a unit."""
     ranges: dict[str, float] = {}
+    flags = {curve.name: 1 for curve in curves if not units[curve.name] and not curve.frequency and is_held(curve.y)}
     for curve in curves:
         if units[curve.name] == "rad" and not curve.frequency:
             ranges[curve.name] = max(ranges.get(curve.name, 0.0), curve.spread)
-    found, level, widest = {}, 0, 0.0
+    found, level, widest = flags, 0, 0.0
     for name, width in sorted(ranges.items(), key=lambda item: -item[1]):
         if widest > TURN and WIDER * width < widest:
             level, widest = level + 1, width

@@ -169,7 +169,7 @@ def _effects(report: Findings) -> Section:
 def _run(report: Findings) -> Section:
     stats = report.trajectory.stats
     rows = []
-    names = {"steps": "steps", "rejected": "rejected steps", "events": "events", "iterations": "Newton iterations"}
+    names = {"steps": "steps", "rejected": "rejected steps", "events": "restarts", "iterations": "Newton iterations"}
     names |= {"evaluations": "evaluations", "matrix_evaluations": "matrices", "factorisations": "factorisations"}
     for key, label in (("method", "method"), ("tol", "tolerance"), ("error", "estimated error")):
         if (value := stats.get(key)) is not None:
@@ -177,6 +177,10 @@ def _run(report: Findings) -> Section:
     if stats.get("h"):
         rows.append(("step", duration(stats["h"])))
     rows += [(label, str(stats[key])) for key, label in names.items() if stats.get(key)]
+    if kinds := stats.get("kinds of events"):
+        rows.append(("events", ", ".join(f"{n} {kind}" for kind, n in kinds.items())))
+    if stats.get("terminated"):
+        rows.append(("ended by terminate", stats["terminated"]))
     if solved := stats.get("solved"):
         sizes = ", ".join(f"{key} = {stats[key]}" for key in ("n", "m", "p"))
         rows.append(("unknowns as written", sizes))

@@ -10,7 +10,7 @@ import numpy as np
 from mbdsl.elements.kind import ForceKind, JointKind
 from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.contacts import is_contact
-from mbdsl.mechanism.scene import ENERGIES, Component
+from mbdsl.mechanism.scene import ENERGIES, Component, is_rate
 from mbdsl.mechanism.scene_tables import displayed
 from mbdsl.messages import few
 from mbdsl.plotting.curves import over_time
@@ -43,7 +43,9 @@ def balance(trajectory: Trajectory) -> str:
     """What changes the total energy, and its largest change."""
     energies = [np.asarray(trajectory[name], float) for name in ENERGIES]
     drift, joule = _largest(energies[2] - energies[2][0]), trajectory.display.of("J")
-    by = [c.name for c in trajectory.scene.components.values() if _exchanges(c)]
+    scene = trajectory.scene
+    by = [c.name for c in scene.components.values() if _exchanges(c)]
+    by += [f"reinit({a.target})" for b in scene.events.branches for a in b.actions if a.what == "reinit"]
     if by:
         return f"The total energy changes by up to {joule.text(drift, 3)}. Energy is added or removed by {few(by)}."
     size = max(_largest(energies[0]), _largest(energies[1] - energies[1][:1]))
@@ -54,8 +56,11 @@ def balance(trajectory: Trajectory) -> str:
 
 def _exchanges(c: Component) -> bool:
     """Whether a component adds energy to the mechanism or removes it."""
+    if is_rate(c):
+        return False
     if isinstance(c.kind, JointKind):
-        return c.moves_in_time or c.friction is not None
+        loses = is_contact(c) and c.values["e"] != 1.0
+        return loses or c.moves_in_time or c.friction is not None
     damping = c.kind.effects.get("damping")
     damped = damping is not None and bool(damping(dict(c.values)))
     return damped or (isinstance(c.kind, ForceKind) and c.energy is None)

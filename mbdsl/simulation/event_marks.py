@@ -14,12 +14,13 @@ APART = 1 / 400
 
 
 class Mark(NamedTuple):
-    """An event, or ``events`` close to each other: time [s], kind, and what has acted."""
+    """An event, or ``events`` close to each other: time [s], kind, what has acted, and the number of its line."""
 
     t: float
     kind: str
     events: int
     text: str
+    line: str = ""
 
 
 def marks(groups: Iterable[EventGroup], start: float, stop: float) -> tuple[list[Mark], int]:
@@ -31,9 +32,10 @@ def marks(groups: Iterable[EventGroup], start: float, stop: float) -> tuple[list
         if kind == "sample" and len(own) > TICKS:
             left_out += len(own)
             continue
-        where = place(span)
+        where, line = place(span), ""
         if where.startswith("line"):
-            where = f"line {where.rpartition(':')[2]}"
+            line = where.rpartition(":")[2]
+            where = f"line {line}"
         text = f"{kind} of {name}" if name else kind
         last = -1
         for t in own.tolist():
@@ -41,7 +43,7 @@ def marks(groups: Iterable[EventGroup], start: float, stop: float) -> tuple[list
                 found[last] = found[last]._replace(events=found[last].events + 1)
                 continue
             last = len(found)
-            found.append(Mark(t, kind, 1, f"{text}, {where}" if where else text))
+            found.append(Mark(t, kind, 1, f"{text}, {where}" if where else text, line))
     return sorted((_counted(x) for x in found), key=lambda x: x.t), left_out
 
 

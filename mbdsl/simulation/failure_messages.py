@@ -10,7 +10,7 @@ import numpy as np
 from mbdsl.elements.kind import JointKind
 from mbdsl.errors import InitialisationError, IntegrationError, MbdslError, Span
 from mbdsl.expressions.printing import text
-from mbdsl.expressions.symbolic import Expr
+from mbdsl.expressions.symbolic import Expr, leaves, walk
 from mbdsl.initial.mass_check import singular_mass
 from mbdsl.initial.redundancy import singular
 from mbdsl.integrators import Run, declared, method_files
@@ -21,8 +21,9 @@ from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run import MethodRun
 from mbdsl.integrators.standstill import STALLED, laws
 from mbdsl.kernels import buffer_layout as L
+from mbdsl.mechanism.contacts import is_contact
 from mbdsl.mechanism.events import Branch
-from mbdsl.mechanism.scene import Component
+from mbdsl.mechanism.scene import Component, is_state
 from mbdsl.messages import few
 from mbdsl.simulation.mechanism_run import MechanismRun
 from mbdsl.simulation.result_checks import bending, failed, too_bent
@@ -113,7 +114,7 @@ def _given_up(run: External, trajectory: Trajectory) -> IntegrationError:
     if (bent := bending(trajectory)) is not None:
         reason, hint = too_bent(trajectory, *bent)
         message, span = f"{message}; {reason}", trajectory.scene.components[bent[1]].span
-    error = failed(trajectory, message, span, hint)
+    error = failed(trajectory, message, span, hint, getattr(run.cause, "notes", ()))
     error.__cause__ = run.cause
     return error
 
@@ -175,7 +176,17 @@ def _restless(integration: MethodRun) -> list[Branch]:
     events = integration.events.set
     last = events.acted[-FEW:] if events is not None else []
     close = len(last) == FEW and last[-1].t - last[0].t <= HARDLY * (integration.stop - integration.start)
-    return list({id(b): b for x in last for b in x.branches}.values()) if close else []
+    if close and (found := list({id(b): b for x in last for b in x.branches}.values())):
+        return found
+    changing = [x.node for x in integration.events.changing]
+    return [] if law_of(integration.system.scene, changing) is not None else _whens(integration)
+
+
+def _whens(integration: MethodRun) -> list[Branch]:
+    """The when-equations whose conditions change within every step, at the end of a run."""
+    unresolved = integration.landings.unresolved
+    nodes = {x.node for x in integration.events.changing} | ({unresolved} if unresolved is not None else set())
+    return [b for b in integration.system.scene.events.branches if nodes & set(walk(*b.conditions))]
 
 
 def _of_chatter(branches: Sequence[Branch], trajectory: Trajectory) -> IntegrationError:
@@ -183,6 +194,8 @@ def _of_chatter(branches: Sequence[Branch], trajectory: Trajectory) -> Integrati
     message = f"the when-equation acts again and again without progress of time at t = {float(trajectory.t[-1]):.9g} s"
     if any(a.what == "reinit" for b in branches for a in b.actions):
         hint = "a body that bounces comes to rest at a rigid `Contact(gap = ..., e = ...)` in place of `reinit`"
+    elif all(leaf.op == "time" for b in branches for leaf in leaves(*b.conditions)):
+        hint = "let its condition change less often, or write `sample(start, period)`"
     else:
         hint = "give a hysteresis: a threshold to switch on and another one to switch off; or sample the condition"
     notes = tuple(("this one acts in turn with it", b.span) for b in branches[1:4] if b.span is not None)
@@ -222,8 +235,11 @@ def _cause(integration: MethodRun, status: int, t: float, hint: str) -> tuple[st
         law = law_of(system.scene, [switch.node for switch in integration.events.changing])
         own = [x for x in system.tables.switches if reads_reactions(x)]
         reason, hint = sliding(integration.events.changing or own)
+    elif status == S.TOO_SMALL and integration.landings.unresolved is not None:
+        law = law_of(system.scene, [integration.landings.unresolved])
+        where, span = next((("the condition of the `when`", b.span) for b in _whens(integration)), (where, span))
     if law is not None:
-        where, span = f"the law of {law.kind.name} {law.name}", law.span
+        where, span = _law(law), law.span
     message = f"{reason} in the step to t = {t:.9g} s (h = {integration.step:g} s)"
     if status == S.SLIDING and law is not None:
         what = _conditions(system, law, integration.events.changing) or "it"
@@ -234,6 +250,11 @@ def _cause(integration: MethodRun, status: int, t: float, hint: str) -> tuple[st
     elif status == S.STIFF:
         more, hint = _of_stiffness(integration, hint)
         message += f"; {more}"
+    elif status == S.TOO_SMALL and where:
+        message += f"; {where} changes within every step, however short"
+        hint = (
+            "if its values are rounding errors, fixed steps (--step) do not resolve them; else try a larger tolerance"
+        )
     elif broken is not None:
         message += f"; {broken.message}"
     elif where:
@@ -285,8 +306,23 @@ def _largest_turn(integration: MethodRun) -> tuple[str, float] | None:
 def _conditions(system: System, law: Component, switches: Sequence[Switch]) -> str:
     """The conditions of those switches that are in a law, as text of the model."""
     own = [x for name, expression in laws(system) if name == law.name for x in within(expression, switches)]
-    found = dict.fromkeys(re.sub(r"\b(\d+)\.0\b", r"\1", text(x.node)) for x in own)
+    found = dict.fromkeys(re.sub(r"\b(\d+)\.0\b", r"\1", _as_written(system, x.node)) for x in own)
     return few((f"`{x[1:-1] if x.startswith('(') and x.endswith(')') else x}`" for x in found), 2)
+
+
+def _as_written(system: System, node: Expr) -> str:
+    """An expression as text, in which a state has its name, and not that of its velocity."""
+    found = text(node)
+    for name in (c.name for c in system.scene.components.values() if is_state(c)):
+        found = found.replace(f"{name}.c.vx", name)
+    return found
+
+
+def _law(law: Component) -> str:
+    """What the law of a component is called: that of a state is an equation, that of a contact its gap."""
+    if law.kind.name == "StateRate":
+        return f"the equation of {law.name}"
+    return f"the {'gap' if is_contact(law) else 'law'} of {law.kind.name} {law.name}"
 
 
 def _of_standstill(integration: MethodRun, hint: str) -> tuple[str, Span | None, str]:
@@ -297,8 +333,7 @@ def _of_standstill(integration: MethodRun, hint: str) -> tuple[str, Span | None,
     if stall.law:
         law = system.scene.components[stall.law]
         changes = f" ({found} changes)" if (found := _conditions(system, law, stall.switches)) else ""
-        name = f"the law of {law.kind.name} {law.name}"
-        return f"{so_far}, and {name} jumps back and forth between them{changes}", law.span, hint
+        return f"{so_far}, and {_law(law)} jumps back and forth between them{changes}", law.span, hint
     if stall.coordinate:
         return f"{so_far}, and the force on {stall.coordinate} jumps back and forth between them", None, hint
     return so_far, None, "the motion may end there, as at a pole of a force; otherwise try a larger tolerance"

@@ -56,7 +56,7 @@ def as_mapping(scene: Scene, initial: Initial | str) -> dict[str, Any]:
             hint="`mbdsl.Simulation` saves and restores its `state`",
         )
     known = SignalNames(scene)
-    names = list(known.defaults)
+    names = known.motion
     if lacking := [name for name in names if name not in initial]:
         raise UsageError(f"initial: the run of {initial.scene.name} has no signal `{lacking[0]}`")
     if scene.spatial:  # attitudes do not contain the turns

@@ -35,6 +35,7 @@ class LadderConstants:
     chance: float = 3.0  #: factor by which a claim may be too small because two runs agree by chance
     chance_of_backends: float = 30.0  #: the same for backends: changes of order and step make errors fall irregularly
     least_fall: float = 1.25  #: least factor by which the error counts as reduced from one run to the next
+    least_fall_with_events: float = 1.01  #: the same of a model with events, which may cut all steps of both runs
     least_order: float = 1.0 / 3.0  #: least order in eps that three runs show: less is due to chance
     most_order: float = 1.0  #: largest order in eps: the local error is held to eps
     points: int = 200  #: least number of times at which runs are compared

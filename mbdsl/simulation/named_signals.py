@@ -40,8 +40,15 @@ class NamedSignals(StateSignals):
 
     @property
     def default_names(self) -> list[str]:
-        """Names of the coordinates and velocities of all bodies, or of the signals of a selection."""
+        """Names of the coordinates and velocities of all bodies, of states and of discrete variables, or of the signals
+        of a selection."""
         return self._names.defaults if self._chosen is None else [*self._chosen]
+
+    @property
+    def motion_names(self) -> list[str]:
+        """As ``default_names``, without discrete variables."""
+        discrete = {*self.scene.events.typed}
+        return [name for name in self.default_names if name not in discrete]
 
     @property
     def shown_names(self) -> list[list[str]]:

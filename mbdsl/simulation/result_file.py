@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 
 
 def names(trajectory: Trajectory, path: str | PathLike, patterns: str | Iterable[str] | None = None) -> list[str]:
-    """The signals that a file contains, without the time; by default, coordinates and velocities of all bodies.
+    """The signals that a file contains, without the time; by default, coordinates and velocities of all bodies,
+    states and discrete variables.
 
     A format that keeps the model also contains the coordinates of bodies that deform.
     """

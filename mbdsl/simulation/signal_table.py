@@ -145,6 +145,10 @@ def of_trajectory(trajectory: Trajectory) -> str:
     run += [f"tolerance {stats['tol']:g}"] if stats.get("tol") else []
     run += [count(stats["steps"], "step")] if stats.get("steps") else []
     run += [f"estimated error {stats['error']:.1e}"] if stats.get("error") else []
+    kinds = [f"{n} {kind}" for kind, n in stats.get("kinds of events", {}).items()]
+    lines = [", ".join(run)] if run else []
+    lines += [f"events: {', '.join(kinds)}"] if kinds else []
+    lines += [f"ended by terminate: {stats['terminated']}"] if stats.get("terminated") else []
     names = trajectory.default_names
     notes = [f"{len(names) - MOST} more of its signals"] if len(names) > MOST else []
     notes += [f"{count(len(trajectory.names), 'signal')}: trajectory.signals lists them with units and meanings"]
@@ -153,7 +157,7 @@ def of_trajectory(trajectory: Trajectory) -> str:
     notes += [f"warning: {text}" for text in stats.get("warnings", ())]
     rows = [_range(trajectory, name) for name in names[:MOST]] if len(t) else []
     table = TextTable("", ("signal", "unit", "start", "end", "least", "largest"), rows)
-    return fragment(f"{trajectory.scene.name}: {said}", [", ".join(run)] if run else (), [table], notes)
+    return fragment(f"{trajectory.scene.name}: {said}", lines, [table], notes)
 
 
 def _range(trajectory: Trajectory, name: str) -> tuple[str, ...]:

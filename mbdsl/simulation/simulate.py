@@ -10,7 +10,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING
 
 from mbdsl.errors import Interrupted
-from mbdsl.initial.redundancy import not_unique, repeated
+from mbdsl.initial.redundancy import not_unique, of_attitudes, repeated
 from mbdsl.integrators.event_list import groups
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.compiled_loop import has_own_step
@@ -218,13 +218,19 @@ def _examine(
 
 
 def _announce_redundant(motion: MechanismRun, announce: Callable[[str], None]) -> None:
-    if motion.redundant:
-        follow, be = ("follows", "is") if len(motion.redundant) == 1 else ("follow", "are")
+    idle = {
+        x
+        for system, first in motion.assembled
+        for x in of_attitudes(system, first.t, first.q, first.v, first.redundant)
+    }
+    names = [x for x in motion.redundant if x not in idle]
+    if names:
+        follow, be = ("follows", "is") if len(names) == 1 else ("follow", "are")
         announce(
-            f"redundant: {', '.join(motion.redundant)} {follow} from the other constraints and {be} left out; "
+            f"redundant: {', '.join(names)} {follow} from the other constraints and {be} left out; "
             "how the reactions share the load there is not determined"
         )
-    for system, first in motion.assembled if motion.redundant else ():
+    for system, first in motion.assembled if names else ():
         for line in repeated(system, first.t, first.q, first.v, first.redundant):
             announce(f"  {line}")
         if system.scene.spatial:

@@ -173,7 +173,7 @@ class CalibrationLadder(AmplifiedRounding):
         beyond = np.full(len(last.t) - n, np.inf)  # the error after the failure of the previous run is not known
         last.difference = np.maximum.accumulate(np.append(found, beyond))
         ratio, p = before.eps / last.eps, observed_order([*self.trials, last])
-        fall = self._fall(before, last, ratio**p if p else 2.0)
+        fall = self._fall(before, last, ratio**p if p else 2.0, events is not None)
         last.claim = last.difference / (fall - 1.0)
         if p and fall < 2.0 and len(before.claim):
             last.claim = np.maximum(last.claim, np.append(before.claim[:n], beyond) / fall)
@@ -205,14 +205,15 @@ class CalibrationLadder(AmplifiedRounding):
                 return compared(pair[0], pair[1], self.tol / speed, min(last.t[-1], before.t[-1]))
         return None
 
-    def _fall(self, before: Trial, last: Trial, fall: float) -> float:
+    def _fall(self, before: Trial, last: Trial, fall: float, events: bool) -> float:
         """The factor by which the error falls from one run to the next, which is not larger than the steps allow.
 
-        Where both runs take the same steps, because stability or a condition limits them, they have the same error.
+        Where both runs take the same steps, because stability or a condition limits them, they have the same error. If
+        events cut the steps, both may be far from the motion.
         """
         if not declared(self.plan.method).searches:
             fall = min(fall, (last.steps / max(1, before.steps)) ** self.order)
-        return max(fall, LADDER.least_fall)
+        return max(fall, LADDER.least_fall_with_events if events else LADDER.least_fall)
 
     # -- the next run --------------------------------------------------------------------------------------
     def _next(self, last: Trial) -> float | None:

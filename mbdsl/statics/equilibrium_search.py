@@ -10,6 +10,7 @@ import numpy as np
 from mbdsl.compilation import code_cache
 from mbdsl.errors import EquilibriumError
 from mbdsl.initial.dependent_rows import redundant_rows
+from mbdsl.initial.redundancy import of_attitudes
 from mbdsl.mechanism import graph as mechanism_graph
 from mbdsl.mechanism.scene import Scene
 from mbdsl.messages import few
@@ -94,9 +95,10 @@ def _searched(system: System, t: float, q: Array) -> Found:
         span = system.scene.components[bend.name].span
         raise EquilibriumError(f"{bend.name} bends by {bend.angle:.2g} rad: {SMALL}", span, hint=REMEDY)
     names = [system.constraint_names()[k] for k in left_out if k not in system.tables.switchable]
-    if names:
+    idle = of_attitudes(system, t, search.q, np.zeros(system.n), left_out)
+    if named := [x for x in names if x not in idle]:
         notes.append(
-            f"redundant: {few(names)} {'follows' if len(names) == 1 else 'follow'} from the other constraints; "
+            f"redundant: {few(named)} {'follows' if len(named) == 1 else 'follow'} from the other constraints; "
             "how the reactions share the load there is not determined"
         )
     if joints := system.scene.sticking:

@@ -110,7 +110,7 @@ def of_motion(trajectory: Trajectory, reference: ComparedSolution) -> list[Error
 def scaled_motion(trajectory: Trajectory, reference: ComparedSolution) -> tuple[list[ErrorQuantity], float]:
     """q and v, and the largest scaled velocity."""
     size = trajectory.system.tables.size
-    names = [name for name in trajectory.default_names if name in reference]
+    names = [name for name in trajectory.motion_names if name in reference]
     units = {name: trajectory.unit(name) for name in names}
     lengths = {"m": 1.0 / size, "rad": 1.0, "m/s": 1.0 / size, "rad/s": 1.0}
     q = [name for name in names if units[name] in ("m", "rad")]

@@ -114,9 +114,9 @@ def from_file(path: str | PathLike, runner: Runner, signals: Sequence[str] = ())
     if not there[1:].all():
         limits.append(f"at {there[1:].sum()} of {of.points} times")
     kept = {name: np.asarray(x)[rows[there]] for name, x in columns.items() if np.shape(x) == t.shape}
-    moving = [name for name in like.default_names if name in kept]
-    if len(moving) < len(like.default_names):
-        limits.append(f"{len(moving)} of {len(like.default_names)} positions and velocities")
+    moving = [name for name in like.motion_names if name in kept]
+    if len(moving) < len(like.motion_names):
+        limits.append(f"{len(moving)} of {len(like.motion_names)} positions and velocities")
     asked = [name for name in like.select(signals) if name != "time"] if signals else []
     _check_asked(file, kept, like, signals)
     if missing := [name for name in asked if name not in kept]:

@@ -168,6 +168,10 @@ def verify(
         other, until = part, float(part.t[-1])
     except MbdslError as failed:
         return Verification(method, step, tol, problem=failed.message)
+    if other.stats.get("terminated") and other.t[-1] < until:  # at the same event, at another time
+        until = float(other.t[-1])
+        if np.count_nonzero(trajectory.t > until) > 1:
+            problem = f"it ended by terminate: {other.stats['terminated']}"
     facts = {key: other.stats[key] for key in ("method", "h", "tol", "steps", "iterations", "seconds")}
     known = scales(trajectory, min(_step(trajectory), _step(other)))
     found = agree(trajectory, other, names, until, known, max(SMALL, stats["tol"] or 0.0))

@@ -201,12 +201,23 @@ class Approaches:
         known = np.array(values(self.system, self._roots, t, q, v, lam, given))
         count, h = len(self.arguments), np.diff(t)
         sizes = np.fmax(past[4], np.abs(known[:count]).max(axis=1))
-        near = {k: _turning(np.append(past[0, k], known[k]), CLOSE * sizes[k]) for k in self._of_velocities}
+        near = {
+            k: _turning(np.append(past[0, k], known[k]), CLOSE * sizes[k]) if known[k].any() else np.zeros(0, np.int64)
+            for k in self._of_velocities  # the reaction of an open contact is zero
+        }
         a = self._accelerations(near.values(), rows, inputs, left_out)
         with np.errstate(all="ignore"):
+            far = _far(h, known[:count], known[count:], past[0], CLOSE * sizes)
             for k, (y, rate) in enumerate(zip(known[:count], known[count:], strict=True)):
                 largest = sizes[k]
-                if k in near:
+                if k in near and not y.any():
+                    past[:, k] = 0.0, np.nan, np.nan, np.nan, largest
+                    continue
+                if k not in near and far[k]:
+                    last = _Course(t[-2:], h[-1:], q[-2:], v[-2:], y[-2:], rate[-2:])
+                    past[:, k] = y[-1], rate[-1], last.bend[-1], last.third[-1], largest
+                    continue
+                if k in near and len(near[k]):
                     rate[near[k]] = self._rates(k, near[k], a, rows, inputs, left_out)
                 before = past[:, k].copy()
                 course = _Course(t, h, q, v, y, rate)
@@ -336,6 +347,15 @@ class Approaches:
 
 def _approach(number: int, t: float, side: float, d: float, curvature: float, error: float, state: list) -> Approach:
     return Approach(number, float(t), float(side), float(d), float(curvature), float(error), list(map(float, state)))
+
+
+def _far(h: Array, y: Array, rate: Array, before: Array, near: Array) -> NDArray[np.bool_]:
+    """Whether arguments y (k, N) with these rates, that were ``before`` (k,), stay on one side of zero and further away
+    than ``near`` (k,): so do the cubics within the steps if their control points do."""
+    slope = h * rate[:, :-1] / 3.0, h * rate[:, 1:] / 3.0
+    points = np.concatenate([y, y[:, :-1] + slope[0], y[:, 1:] - slope[1]], axis=1)
+    above, below = points.min(axis=1) > near, points.max(axis=1) < -near
+    return (above & ~(before < 0.0)) | (below & ~(before > 0.0))
 
 
 def _turning(y: Array, near: float) -> Integers:

@@ -60,10 +60,11 @@ def values(
     v: Array,
     lam: Array | None = None,
     inputs: Mapping[str, Array] | None = None,
+    order: list[Expr] | None = None,
 ) -> list[Array]:
     """Expressions at N states: t (N,), q and v (N, n), lam (N, m + p), inputs by name (N,); each result is (N,).
 
-    Inputs that are not given have their start value.
+    Inputs that are not given have their start value. ``order``: ``walk(*roots)``, if it is known.
     """
 
     known: dict[str, tuple[Array, Array]] = {}
@@ -91,7 +92,7 @@ def values(
         return counted(t, np.arctan2(y, x), rate, system.tables.first_angles.get(node, 0.0))
 
     with np.errstate(all="ignore"):
-        results = evaluate(roots, leaf, ARRAY_OPERATIONS, table_value, angle)
+        results = evaluate(roots, leaf, ARRAY_OPERATIONS, table_value, angle, order)
     return [np.broadcast_to(np.asarray(r, float), (len(t),)) for r in results]
 
 

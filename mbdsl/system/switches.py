@@ -103,10 +103,12 @@ def _find(roots: list[Expr]) -> list[Switch]:
 
 
 def law_of(scene: Scene, nodes: Iterable[Expr]) -> Component | None:
-    """The first component with a law in which one of the ``nodes`` occurs."""
+    """The first component with a law or a condition, of contacts and friction, in which one of the ``nodes`` occurs."""
     wanted = set(nodes)
+    conditions = {x.name: x.condition for x in scene.contacts} | {x.name: x.condition for x in scene.sticking}
     for c in scene.components.values():
         laws = [c.values[p.name] for p in c.kind.parameters if p.law and isinstance(c.values[p.name], Expr)]
+        laws += [conditions[c.name]] if c.name in conditions else []
         if wanted & set(walk(*laws)):
             return c
     return None

@@ -6,7 +6,7 @@ The teeth only show the motion; their flanks are not involutes.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ import numpy as np
 from mbdsl.elements import profile
 from mbdsl.elements.kind import JointKind
 from mbdsl.expressions.array_operations import ARRAY_OPERATIONS, table_value
-from mbdsl.expressions.symbolic import Expr, coordinate, evaluate, expr
+from mbdsl.expressions.symbolic import Expr, coordinate, evaluate, expr, leaves
 from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.scene import Component
 from mbdsl.viewing.display import (
@@ -30,7 +30,7 @@ from mbdsl.viewing.display import (
     Size,
     colour_of,
 )
-from mbdsl.viewing.tracks import Motion, Spot
+from mbdsl.viewing.tracks import GROUND, Motion, Spot
 
 ADDENDUM, DEDENDUM, RIM = 0.8, 1.0, 2.6  #: height and depth of teeth, and thickness of a ring, in modules
 FEWEST, MOST = 11, 24  #: teeth of the smaller gear of a pair
@@ -232,6 +232,48 @@ def stop(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterato
             yield Shape("wall", c.name, (at,), (DrawnPath((at,), units=((0.0, -1.3), (0.0, 1.3)), hatch=side),))
 
 
+def turning_stop(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
+    """The limits of an angle as short walls of frame_a about its origin, and the x axis of frame_b between them."""
+    for key, side in (("phi_min", -1), ("phi_max", 1)):
+        if c.values[key] is not None:
+            ray = rounded(_polar(np.array([1.0, 1.9]), np.full(2, float(c.values[key]))), 4)
+            yield Shape("wall", c.name, (a,), (DrawnPath((a,), units=ray, hatch=side),))
+    pointer = DrawnPath((b,), units=((0.0, 0.0), (1.6, 0.0)), stroke=colour_of(motion, b), width=Size(2.0))
+    yield Shape("stop", c.name, (b,), (pointer,))
+
+
+def wound(c: Component, motion: Motion) -> Iterator[Shape]:
+    """The rope or rack of a coupling, where it has this geometry: the ratio of a position and an angle is the distance
+    of the line on which a frame moves from the centre about which another one turns."""
+    turning, moving = (_read(c.values[name], motion, keys) for name, keys in (("a", ("phi",)), ("b", ("x", "y"))))
+    if len(turning) != 1 or len(moving) != 1:
+        return
+    (drum,), (end,) = turning, moving
+    radius = abs(float(c.values["ratio"]))
+    centre, path = motion.positions(drum), motion.positions(end)
+    away = path - path[0]
+    k = int(np.nan_to_num(np.hypot(*away.T)).argmax())
+    length, rounding = float(np.hypot(*away[k])), 1e-6 * radius
+    if not length > rounding or not np.abs(centre - centre[0]).max() < rounding:
+        return
+    along = away[k] / length
+    across = np.array([-along[1], along[0]])
+    off = (path - centre[0]) @ across
+    if not np.abs(np.abs(off) - radius).max() < rounding:
+        return
+    yield Shape("hub", c.name, (drum,), (Circle((drum,), Size(metres=radius), (FORCE, PAPER, 0.7), FORCE),), radius)
+    x, y = centre[0] + off[0] * across
+    line = DrawnPath((Spot(GROUND, float(x), float(y)), end), ON, stroke=FORCE, width=Size(1.5, 0.14))
+    yield Shape("rope", c.name, line.at, (line,))
+
+
+def _read(law: Expr, motion: Motion, keys: Sequence[str]) -> set[Spot]:
+    """The frames that move of which a law reads a coordinate, if it reads only these ``keys`` of them."""
+    read = [leaf.value for leaf in leaves(law) if leaf.op == "coordinate"]
+    found = {motion.spot_of(frame): key for frame, key in read if motion.spot_of(frame).track != GROUND}
+    return set(found) if set(found.values()) <= set(keys) else set()
+
+
 def rope(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
     """A span, and its discs."""
     for spot, radius in zip((a, b), c.values.get("ends", ()), strict=False):
@@ -250,5 +292,6 @@ SYMBOLS = {
     "circles": circles,
     "profile": closed_profile,
     "stop": stop,
+    "turning stop": turning_stop,
     "rope": rope,
 }

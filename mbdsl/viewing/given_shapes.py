@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism.drawn_shapes import DrawnShape
 from mbdsl.mechanism.scene import Component, Frame
 from mbdsl.system.body_models import body_pose
@@ -36,6 +37,20 @@ def given_shapes(c: Component, motion: Motion) -> Iterator[Shape]:
             width=Size(1.2, 0.0, shape.width),
         )
         yield Shape("backdrop" if at.track == GROUND else "outline", c.name, (at,), (path,))
+
+
+def extent(name: str, at: Spot, motion: Motion) -> tuple[Array, Array] | None:
+    """The least and the largest coordinates (2,) [m] of a body's shapes in the axes of a frame, at the start; None if
+    no shape is given."""
+    if not (shapes := motion.scene.shapes.get(name)):
+        return None
+    own = _reference(motion.scene.components[name], motion)
+    parts = [x for shape in shapes for x in ([_ellipse(shape)] if shape.form == "ellipse" else shape.parts)]
+    points = [own.moved(x, y) for part in parts for x, y in part]
+    x, y, phi = motion.pose(at)[0]
+    away = motion.places(points, 0)[:, :2] - (x, y)
+    found = away @ np.array([(np.cos(phi), -np.sin(phi)), (np.sin(phi), np.cos(phi))])
+    return found.min(axis=0), found.max(axis=0)
 
 
 def _reference(c: Component, motion: Motion) -> Spot:

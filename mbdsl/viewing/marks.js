@@ -125,6 +125,8 @@ function noted() {
       // in the plane all torques have arcs of one size
       if (show[group] && most && (data.axes || kind === "force")) notes.push([words, colourOf({ group })]);
     }
+  for (const [time, words] of events)
+    if (Math.abs(time - motion.time) <= 1e-9 * (last - first)) notes.push([words, theme.drive]);
   if (show.deflection !== 1) notes.push(`deflection × ${show.deflection}`);
   if (painter.step && show.ground) notes.push(`grid ${inUnits(painter.step)}`);
   if (data.pale) notes.push(`pale: ${data.pale}`);

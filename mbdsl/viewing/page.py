@@ -137,6 +137,7 @@ def _plotted(plots: Plots, t: NDArray[np.float64]) -> dict[str, Any]:
         "signals": [
             {"name": s.name, "unit": s.unit, "low": _finite(s.low), "high": _finite(s.high), "y": _line(s)}
             | ({"doc": s.doc} if s.doc else {})
+            | ({"held": True} if s.held else {})
             for s in plots.signals
         ],
         "shown": plots.shown,

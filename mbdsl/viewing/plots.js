@@ -39,9 +39,19 @@ class Plots {
   }
 
   value(signal, time) {
+    const { y } = signal;
     const [row, part] = between(this.times, time);
-    const [a, b] = [signal.y[row], signal.y[Math.min(row + 1, signal.y.length - 1)]];
-    return a + (b - a) * part;
+    const [a, b] = [y[row], y[Math.min(row + 1, y.length - 1)]];
+    const jump = this.jump(signal, row + 1);
+    return jump === null ? a + (b - a) * part : time < jump ? a : b;
+  }
+
+  // The time of a jump before point i, that of the event, if there is one: as in curves.py.
+  jump({ y, held }, i) {
+    if (i < 1 || i >= y.length || y[i - 1] === y[i]) return null;
+    if (!held && (y[i - 2] !== y[i - 1] || y[i] !== y[i + 1])) return null;
+    const [from, to] = [this.times[i - 1], this.times[i]];
+    return this.data.events.reduce((found, [t]) => (t > from && t <= to ? t : found), to);
   }
 
   toggle(name, on) {
@@ -169,6 +179,8 @@ class Plots {
       let down = false;
       for (let i = 0; i < signal.y.length; i += 1) {
         const ok = Number.isFinite(signal.y[i]);
+        const jump = this.jump(signal, i);
+        if (jump !== null) for (const k of [i - 1, i]) g.lineTo(x(jump), y(signal.y[k]));
         if (ok) g[down ? "lineTo" : "moveTo"](x(this.times[i]), y(signal.y[i]));
         down = ok;
       }

@@ -10,6 +10,7 @@ import numpy as np
 
 from mbdsl.elements.kind import BodyKind
 from mbdsl.mechanism.scene import Component
+from mbdsl.viewing import gear_shapes
 from mbdsl.viewing.display import PAPER, Beam, Circle, DrawnPath, Shape, Size, colour_of
 from mbdsl.viewing.given_shapes import given_shapes
 from mbdsl.viewing.symbols import symbol
@@ -40,6 +41,7 @@ ORDER = (
         "mass",
         "weld",
         "spiral",
+        "vane",
     ),
 )
 
@@ -132,6 +134,8 @@ def _place(shape: Shape) -> tuple:
 
 
 def _element(c: Component, motion: Motion, unit: float) -> Iterator[Shape]:
+    if c.kind.name == "Coupling":
+        yield from gear_shapes.wound(c, motion)
     if isinstance(c.kind, BodyKind) or len(c.ports) != 2:
         return
     a, b = (motion.spot_of(frame) for frame in c.ports.values())

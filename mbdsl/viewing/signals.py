@@ -10,6 +10,7 @@ import numpy as np
 from mbdsl.elements.kind import BodyKind, ForceKind, JointKind
 from mbdsl.kernels.arrays import Array, Integers
 from mbdsl.mechanism.scene import ENERGIES, Description
+from mbdsl.plotting.curves import is_held
 from mbdsl.simulation.event_marks import Mark
 from mbdsl.simulation.trajectory import Trajectory
 
@@ -29,6 +30,7 @@ class PlottedSignal:
     low: float
     high: float
     doc: str = ""  #: description of a variable
+    held: bool = False  #: whether it is constant between its changes
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,7 @@ def signals(trajectory: Trajectory, patterns: Iterable[str] | None) -> Plots:
         names = [name for name in trajectory.select(patterns) if name != "time"]
         shown = names[: 2 * MOST_SHOWN]
     else:
-        names = list(_names(trajectory))
+        names = list(dict.fromkeys(_names(trajectory)))
         shown = []
     t, rows = thinned(trajectory.t, MOST_POINTS)
     found = [_signal(trajectory, name, rows) for name in names]
@@ -86,7 +88,8 @@ def _signal(trajectory: Trajectory, name: str, limits: Integers | None) -> Plott
     unit = trajectory.display.of(trajectory.unit(name), name)
     f = unit.factor
     said = trajectory.scene.descriptions.get(name, Description()).doc
-    return PlottedSignal(name, unit.symbol, extremes(values, limits) / f, low / f, high / f, said)
+    held = is_held(values)
+    return PlottedSignal(name, unit.symbol, extremes(values, limits) / f, low / f, high / f, said, held)
 
 
 def _changing(found: Iterable[PlottedSignal]) -> Iterator[PlottedSignal]:

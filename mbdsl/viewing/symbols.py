@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from mbdsl.elements.kind import ForceKind
+from mbdsl.expressions.symbolic import expr, leaves
 from mbdsl.mechanism.scene import Component
 from mbdsl.viewing import gear_shapes
 from mbdsl.viewing.display import (
@@ -36,6 +37,7 @@ from mbdsl.viewing.display import (
     head,
     square,
 )
+from mbdsl.viewing.given_shapes import extent
 from mbdsl.viewing.tracks import GROUND, Frame, Motion, Spot, Tracks
 
 #: (component, its frames, motion, provisional size of symbols [m]) -> its shapes
@@ -106,6 +108,9 @@ def wall(c: Component, at: Spot, other: Spot) -> Shape:
 def _slider(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
     low, high, side = _travel(a, b, motion)
     ends, units = ((low, 0.0), (high, 0.0)), ((-2.0, 0.8 * side), (2.0, 0.8 * side))
+    if (own := extent(motion.owner(b), b, motion)) is not None and c.kind.name == "Prismatic":
+        y = float(own[(side + 1) // 2][1])  # the rail touches the shape
+        ends, units = ((low + float(own[0][0]), y), (high + float(own[1][0]), y)), ((-1.0, 0.0), (1.0, 0.0))
     if a.track == GROUND:
         rail = DrawnPath((a,), metres=ends, units=units, hatch=side)
     else:
@@ -243,11 +248,25 @@ def _line(points: Points, share: tuple[float, ...], state: tuple[float, ...] = (
     return DrawnPath((A, B), ALONG, units=points, share=share, state=state, stroke=FORCE, width=Size(thin=thick))
 
 
-def _spring_damper(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
-    """A spring, a damper or both, by the constants that are not zero."""
+def nature(c: Component) -> str:
+    """What a force between two frames is: "spring", "damper", "spring-damper" or "actuator".
+
+    A law that reads no coordinate of these frames is that of an actuator, any other one that of a spring.
+    """
     k, damping = (c.values.get(name) for name in ("k", "c"))
-    count = coils(a, b, motion, unit)
-    draw = "spring" if not damping else "damper" if not k else "spring-damper"
+    law = next((c.values[name] for name in ("force", "torque") if c.values.get(name) is not None), None)
+    if law is not None:
+        own = {*c.ports.values()}
+        reads = any(leaf.op == "coordinate" and leaf.value[0] in own for leaf in leaves(expr(law)))
+        return "spring" if reads else "actuator"
+    return "spring" if not damping else "damper" if not k else "spring-damper"
+
+
+def _spring_damper(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
+    draw, count = nature(c), coils(a, b, motion, unit)
+    if draw == "actuator":
+        yield from SYMBOLS[draw](c, a, b, motion, unit)
+        return
     items = {"spring": zigzag(count), "damper": dashpot(), "spring-damper": beside(count)}[draw]
     yield from _template(draw, *items, walls=True)(c, a, b, motion, unit)
 
@@ -258,6 +277,12 @@ def _weld(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterat
         yield wall(c, base, Spot(other.track))
     mark = DrawnPath((b,), units=square(0.32), closed=True, fill=INK, stroke=None)
     yield Shape("weld", c.name, (b,), (mark,))
+
+
+def _turning_spring(c: Component, a: Spot, b: Spot, motion: Motion, unit: float) -> Iterator[Shape]:
+    """A spiral, the drum and vane of a damper, or the arrow of a torque that does not depend on the angle."""
+    draw = {"actuator": "turning", "damper": "vane"}.get(nature(c), "spiral")
+    yield from SYMBOLS[draw](c, a, b, motion, unit)
 
 
 def _spiral() -> DrawnPath:
@@ -298,7 +323,13 @@ SYMBOLS: dict[str, Symbol] = {
     "rod": _template("rod", DrawnPath((A, B), ON, stroke=ROD, width=Size(2.0, 0.22)), pins=True),
     "actuator": _template("actuator", *PISTON, pins=True),
     "spring": _spring_damper,
+    "turning spring": _turning_spring,
     "spiral": _template("spiral", _spiral()),
+    "vane": _template(
+        "vane",
+        Circle((A,), Size(units=1.3), stroke=FORCE, width=Size(thin=1.2)),
+        DrawnPath((B,), units=((-0.95, 0.0), (0.95, 0.0)), stroke=FORCE, width=Size(thin=2.1)),
+    ),
     "bushing": _template(
         "bushing",
         Circle((A,), Size(units=0.85), (FORCE, PAPER, 0.7), FORCE),

@@ -106,6 +106,15 @@ def test_thirty_dominoes(whole):
     assert energy_of_run[0] - energy_of_run[-1] == pytest.approx(lost, rel=3e-3)
 
 
+def test_dominoes_that_stand_are_not_struck(gallery):
+    """A strike of one presses all contacts of those that have fallen, and nothing else: impulses of rounding on heels
+    that rest are no impacts."""
+    n = 6
+    run = mbdsl.simulate(gallery("dominoes", {"n": n}), step=1e-3)
+    struck = [event.name for event in run.events if event.kind == "impact"]
+    assert sorted(struck) == [f"touch[{i}]" for i in range(1, n) for _ in range(n - i)]
+
+
 @pytest.mark.parametrize("method", ["radau5", "radau9", "dop853", "hht-si2"])
 def test_dominoes_that_stand_with_error_control(gallery, method):
     """The angles of two of them are rounding until they are struck; their heels and their edges carry m g/2 each."""

@@ -127,3 +127,24 @@ def test_single_steps_pass_over_no_pulse_of_time():
     for _ in range(50):
         simulation.step()
     assert simulation["n"] == 6  # up to pi 11/40 = 0.86 s
+
+
+EXACT = """
+model Exact
+  Ground ground;
+  PointMass p(m = 1 kg);
+  FreeMotion free(ground, p);
+  Integer n(start = 0), both(start = 0);
+  discrete Real at(unit = "s", start = 0);
+equation
+  when sample(0.05 s, 2/3*1 s) then n = pre(n) + 1; at = time; end when;
+  when {change(n), sample(0.05 s, 2 s)} then both = pre(both) + 1; end when;
+end Exact;
+"""
+
+
+def test_a_clock_ticks_at_thirds_and_reads_its_own_time():
+    """An event that Python does lies behind its tick by rounding, and `time` in it is that of the tick."""
+    run = mbdsl.simulate(mbdsl.parse(EXACT), step=0.1, stop=20.5)
+    assert run["n"][-1] == run["both"][-1] == 31
+    assert run["at"][-1] == run.events[-1].t == 20.05

@@ -159,3 +159,52 @@ def test_a_gap_that_opens_without_a_jump_of_forces_does_not_end_the_run():
     assert (np.abs(run["A.phi"] - run["B.phi"]) < 0.05 + 1e-9).all()
     assert (run["B.phi"] < 0.8 + 1e-9).all()
     assert [run["A.phi"][-1], run["B.phi"][-1]] == pytest.approx([precise[x][-1] for x in ("A.phi", "B.phi")], abs=1e-3)
+
+
+LIFTED = """
+model Lifted
+  Ground ground;
+  PointMass ball(m = 2 kg);
+  Contact floor(gap = ball.y, e = 0);
+  Force lift(ball, fy = 20 N/s*time);
+initial equation
+  ball.x = 0 m; ball.y = 0 m; ball.vx = 0 m/s; ball.vy = 0 m/s;
+end Lifted;
+"""
+
+
+@pytest.mark.parametrize("method", ["newmark", "hht-i3", "hht-si2", "nstiff", "generalized-alpha"])
+def test_a_force_that_grows_lifts_a_ball_within_a_step(method):
+    """N = m g - 20 N/s t is zero at 0.981 s. Newton's last correction of the step shows it, not its extrapolation."""
+    found = mbdsl.simulate(mbdsl.parse(LIFTED), method=method, step=5e-3, stop=1.0)
+    assert [(x.kind, x.t) for x in found.events] == [("lift-off", pytest.approx(0.981, abs=1e-9))]
+
+
+PRESSED = """
+model Pressed
+  Ground ground(g = 0 m/s2);
+  Body plate(m = 0.1 kg, I = 1 kg.m2), disc(m = 1 kg, I = 0.2 kg.m2);
+  Prismatic guide(ground, plate.c);
+  Revolute shaft(ground, disc.c);
+  Contact face(gap = -plate.x, slip = 0.1 m*disc.w, mu = {mu}, e = {e});
+  Force press(plate.c, fx = {force});
+initial equation
+  plate.x = 0 m; plate.vx = 0 m/s; shaft.phi = 0; shaft.w = 30 rad/s;
+end Pressed;
+"""
+
+
+@pytest.mark.parametrize(
+    ("force", "mu", "e", "stops"),
+    [
+        ("500 N/s*time", 0.3, 0.0, np.sqrt(0.8)),  # the torque is 15 N.m/s t: w = 30 - 37.5 t^2
+        ("500 N/s2*time^2", 0.3, 0.5, 1.2 ** (1 / 3)),  # 15 N.m/s2 t^2: w = 30 - 25 t^3
+        ("500 N/s2*time^2", 0.0, 0.5, np.inf),
+    ],
+)
+def test_a_force_that_grows_from_zero_presses_a_brake(force, mu, e, stops):
+    """At the start the plate touches without a force, and its acceleration is zero."""
+    run = mbdsl.simulate(mbdsl.parse(PRESSED.format(force=force, mu=mu, e=e)), step=1e-3, stop=1.25)
+    assert [x.t for x in run.events if x.kind == "stick"] == pytest.approx([stops] if mu else [], abs=1e-4)
+    assert run["face.active"][-1] == 1.0
+    assert run["shaft.w"][-1] == pytest.approx(0.0 if mu else 30.0, abs=1e-9)

@@ -160,6 +160,16 @@ def test_valve_train():
     assert run["tappet.impulse"][-1] / 0.1 == pytest.approx(expected[3], rel=1e-4)
 
 
+@pytest.mark.parametrize("method", [*METHODS, "radau13"])
+@pytest.mark.parametrize("step", [0.25e-3, 1e-3])
+def test_valve_train_with_long_steps(method, step):
+    """A step turns the cam by 6 and by 24 degrees. Until it lifts off, the valve moves as the cam says: the event is
+    where the reaction of the motion is zero, whatever the reaction of a step is."""
+    run = mbdsl.simulate(MACHINES / "valve_train.mbd", stop=4.4e-3, step=step, method=method)
+    assert run.events[0].kind == "lift-off"
+    assert 4000 * 6 * run.events[0].t - 60 == pytest.approx(np.degrees(lift_off(4000)[0]), abs=0.02)
+
+
 @pytest.mark.parametrize(("rpm", "leaves"), [(3600, False), (3660, True)])
 def test_valve_train_at_its_critical_speed(rpm, leaves):
     """On the nose the contact opens if w^2 > 2 (F0 + k h)/(9 m h), h = 8 mm: above 3629.3 rpm."""

@@ -275,6 +275,25 @@ def test_verge_clock():
     assert found["upper.impacts"][-1] >= 3 and np.abs(found["arbor.Phi[1]"]).max() < 1e-12
 
 
+def test_a_slide_along_a_jump_of_forces():
+    """x' = u - 2 sgn(x) stays at zero while |u| < 2, u = 3 - 2 t, from the time it gets there on: x = 3 t - t^2 - 2 t =
+    0 at 1 s; u = -2 at 2.5 s; then x = -(t - 2.5)^2."""
+    text = """model M
+      Real x(start = 0);
+      Ground ground;
+      PointMass p(m = 1 kg);
+      FreeMotion free(ground, p);
+    initial equation
+      p.x = 0 m; p.y = 0 m; p.vx = 0 m/s; p.vy = 0 m/s;
+    equation
+      der(x) = (3 - 2*time/(1 s) - (if x > 0 then 2 else -2))/(1 s);
+    end M;"""
+    found = run(text, 1e-3, 3.0, interval=1e-2)
+    t = found.t
+    exact = np.where(t < 1.0, t - t * t, np.where(t < 2.5, 0.0, -((t - 2.5) ** 2)))
+    np.testing.assert_allclose(found["x"], exact, atol=5e-3)
+
+
 # -- events, and what is refused --------------------------------------------------------------------------------------
 
 

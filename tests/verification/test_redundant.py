@@ -67,6 +67,15 @@ def test_parallelogram(method):
     assert np.abs(trajectory[left_out]).max() < 1e-9
 
 
+def test_a_point_mass_on_a_rail_is_no_redundant_joint():
+    """Its slider has a row about an attitude that a point mass does not have; no load is shared: nothing is said."""
+    text = "model M Ground g; PointMass p(m = 1 kg); Prismatic rail(g, p); initial equation rail.v = 2 m/s; end M;"
+    said = []
+    trajectory = mbdsl.simulate(mbdsl.parse(text), stop=1.0, step=0.1, announce=said.append)
+    assert trajectory["rail.s"][-1] == pytest.approx(2.0, abs=1e-12)
+    assert not any("redundant" in line for line in (*said, *mbdsl.static(mbdsl.parse(text)).notes))
+
+
 @pytest.mark.parametrize("method", ["dop853", "radau9", "radau13"])
 @pytest.mark.parametrize("tol", [1e-4, 1e-6, 1e-8])
 def test_stages_of_high_order_in_a_singular_pose(method, tol):

@@ -325,3 +325,69 @@ def test_a_ball_comes_to_rest_on_a_block(options):
     found = mbdsl.simulate(mbdsl.parse(STACK), **options)
     assert found["top.force"][-1] == pytest.approx(0.1 * G)
     assert found["floor.force"][-1] == pytest.approx(1.1 * G)
+
+
+CLUTCH = """
+model Clutch "three equal shoes, which ever larger forces press on a drum"
+  parameter Integer n = 3;
+  Ground ground(g = 0);
+  Body hub(m = 1 kg, I = 2e-3 kg.m2), drum(m = 2 kg, I = 0.01 kg.m2);
+  Revolute engine_pin(ground, hub.c), drum_pin(ground, drum.c);
+  Frame radial[n](hub.c, phi = {2*pi*i/n for i in 1:n});
+  PointMass shoe[n](each m = 0.15 kg);
+  Prismatic slot[n](radial, shoe);
+  Contact lining[n](gap = {80 mm - slot[i].s for i in 1:n}, slip = {80 mm*(drum_pin.w - engine_pin.w) for i in 1:n},
+    each mu = 0.35, each e = 0);
+  Torque engine(engine_pin, tau = 6 N.m);
+initial equation
+  engine_pin.phi = 0; drum_pin.phi = 0; drum_pin.w = 0 rad/s;
+  engine_pin.w = 80 rad/s;
+  for i in 1:n loop
+    slot[i].s = 80 mm; slot[i].v = 0 m/s;
+  end for;
+end Clutch;
+"""
+
+
+@pytest.mark.parametrize("options", [{"step": 2e-3, "method": "radau5"}, {"tol": 1e-5}])
+def test_contacts_that_slide_alike_stick_alike(options):
+    """All shoes stick at once, and each has a third of the torque that turns the drum with the hub, 6 N.m I/(I + J).
+
+    One of them stuck before, and the others pushed it at their limit, with friction against a slip of zero; where the
+    forces grew, the run ended.
+    """
+    run = mbdsl.simulate(mbdsl.parse(CLUTCH), stop=0.3, **options)
+    J = 2e-3 + 3 * 0.15 * 0.08**2
+    held = run["lining[1].sliding"] == 0.0
+    assert 0.02 < run.t[held][0] < 0.2
+    for i in (1, 2, 3):
+        assert (run[f"lining[{i}].sliding"][held] == 0.0).all()
+        third = 6.0 * 0.01 / (0.01 + J) / 0.08 / 3.0
+        assert run[f"lining[{i}].friction"][held] == pytest.approx(-third, rel=1e-4)
+    w = (80.0 * J + 6.0 * 0.3) / (0.01 + J)
+    assert run["drum_pin.w"][-1] == pytest.approx(w, rel=1e-5)
+
+
+def test_events_of_contacts_are_conditions():
+    """Impacts with e = 0.5 from 1 m at t1, t1 (1 + 2 e), t1 (1 + 2 e + 2 e^2), ...: counted, with their times."""
+    text = """model M
+      Ground ground; PointMass ball(m = 2 kg); PointContact floor(ground, ball, e = 0.5);
+      Integer n(start = 0);
+      discrete Real t[3](each start = 0, each unit = "s"), last(start = 0);
+      Boolean rests(start = false);
+    initial equation
+      ball.x = 0 m; ball.vx = 0 m/s; ball.y = 1 m; ball.vy = 0 m/s;
+    equation
+      when change(floor.impacts) then
+        n = pre(n) + 1; last = pre(floor.impacts);
+        for i in 1:3 loop t[i] = if n == i then time else pre(t[i]); end for;
+      end when;
+      when edge(floor.active > 0) then rests = true; end when;
+    end M;"""
+    run = mbdsl.simulate(mbdsl.parse(text), stop=1.6, step=0.02, method="radau5")
+    t1 = np.sqrt(2.0 / 9.81)
+    assert [run[f"t[{i}]"][-1] for i in (1, 2, 3)] == pytest.approx([t1, 2.0 * t1, 2.5 * t1], rel=1e-9)
+    assert run["n"][-1] == run["floor.impacts"][-1] == run["last"][-1] + 1
+    assert (run["rests"] == (run.t > 3.0 * t1)).all()
+    with pytest.raises(ModelError, match=r"change\(\) takes a discrete variable"):
+        mbdsl.parse(text.replace("change(floor.impacts)", "change(floor.gap)"))

@@ -363,6 +363,26 @@ def test_a_roller_lifts_off_an_eccentric():
     np.testing.assert_allclose(found["c.force"][:k], force(100 * found.t[:k]), rtol=0, atol=1e-4)
 
 
+@pytest.mark.parametrize("given", ["e = 0", "k = 1e8 N/m, v_0 = 1 m/s"], ids=["rigid", "stiff"])
+def test_a_flat_follower_lifts_off_an_eccentric(given):
+    """y = e sin(phi) + R on its cam, and N = m y'' + k (y - s0), until it is zero; the cam carries N e cos(phi)."""
+    text = CAM.replace("radius = 10 mm, e = 0", "flat = true, " + given)
+    text = text.replace("f(m = 2 kg, I = 1 kg.m2)", "f(m = 2 kg, I = 1 kg.m2, frames(face = {0, 0, -90 deg}))")
+    text = text.replace("c(cam.c, f.c,", "c(cam.c, f.face,").replace(
+        "0.0035^0.5*(1 m)", "50 mm" if "e = 0" in given else "50 mm - 150 N/(1e8 N/m)"
+    )
+    found = mbdsl.simulate(mbdsl.parse(text), step=1e-5, interval=2e-5)
+    leaves = np.arcsin(1000 * 0.15 / (0.01 * (2 * 1e4 - 1000))) / 100
+    k = int(np.flatnonzero(found["c.active"] == 0)[0])
+    phi, close = 100 * found.t[:k], 1e-9 if "e = 0" in given else 5e-6
+    assert leaves == pytest.approx(found.t[k], abs=2.1e-5 if "e = 0" in given else 3e-4)
+    np.testing.assert_allclose(found["guide.s"][:k], 0.05 + 0.01 * np.sin(phi), atol=close)
+    if "e = 0" in given:
+        N = 1000 * (0.15 + 0.01 * np.sin(phi)) - 2 * 100 * np.sin(phi)
+        np.testing.assert_allclose(found["c.force"], np.append(N, np.zeros(len(found.t) - k)), atol=1e-4)
+        np.testing.assert_allclose(found["drive.tau"][:k], N * 0.01 * np.cos(phi), atol=1e-5)
+
+
 BOX = """
 {of}model Box
   Ground ground;
@@ -393,3 +413,33 @@ def test_a_box_lands_flat_and_slides_to_rest(spatial, options, close):
     assert found["b.y"][-1] == pytest.approx(0.5, abs=close)
     assert found["c.force"][-1] == pytest.approx(G, rel=1e-6)
     assert found["b.vx"][-1] == pytest.approx(0.0, abs=1e-9)
+
+
+NOTCH = """
+model Notch
+  Ground ground;
+  Body b(m = 1 kg, I = 0.02 kg.m2);
+  ProfileContact c(ground, b.c, points = POINTS m, radius = 0.2 m, e = 0.3);
+initial equation
+  b.x = 0.1 m; b.y = 0.6 m; b.phi = 0; b.vx = 0 m/s; b.vy = 0 m/s; b.w = 0 rad/s;
+  annotation(experiment(StopTime = 1 s));
+end Notch;
+"""
+BLOCK = "{{-1, 1}, {0, 0}, {1, 1}, {1, -1}, {-1, -1}}"
+HOLE = "{{0, 0}, {1, 1}, {0, 2}, {-1, 1}}"
+
+
+@pytest.mark.parametrize("points", [BLOCK, HOLE + " m, hole = true, arcs = {0, 0, 0, 0}"], ids=["block", "hole"])
+@pytest.mark.parametrize(
+    ("options", "close"), [({"step": 1e-3}, 1e-9), ({"method": "moreau-jean", "step": 2e-3}, 2e-3)], ids=["", "moreau"]
+)
+def test_a_ball_comes_to_rest_in_a_notch(points, options, close):
+    """It falls onto a wall of 45 deg, from a distance d = 0.5 m/2^(1/2) - r, after (2^(3/2) d/g)^(1/2); at rest both
+    walls carry m g/2^(1/2)."""
+    found = mbdsl.simulate(mbdsl.parse(NOTCH.replace("POINTS", points)), interval=1e-3, **options)
+    first = np.sqrt(2**1.5 * (0.5 / np.sqrt(2) - 0.2) / G)
+    assert found.t[np.flatnonzero(found["c.impacts"])[0]] == pytest.approx(first, abs=2e-3 + close)
+    assert found["b.y"][-1] == pytest.approx(0.2 * np.sqrt(2), abs=close) and abs(found["b.x"][-1]) < close
+    assert found["c.active"][-1] == 2.0
+    assert sorted(x for i in (1, 2) if (x := found[f"c.force_{i}"][-1]))[-1] == pytest.approx(G / np.sqrt(2), rel=1e-6)
+    assert found["c.force"][-1] == pytest.approx(G * np.sqrt(2), rel=1e-6)

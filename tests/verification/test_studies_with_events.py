@@ -185,3 +185,16 @@ def test_studies_know_discrete_variables_and_forces_of_contacts(tmp_path):
         closed = row.trajectory.t > 1.3  # t^2/2 + t^3/6 = 1 at 1.1958 s
         assert row.trajectory["stop.force"][closed] == pytest.approx(1.0 + row.trajectory.t[closed], rel=1e-6)
         assert row.errors["stop.force"].scaled < 1e-2
+
+
+def test_verify_compares_runs_that_terminate_at_slightly_different_times():
+    """cos t = 0.3 at t = 1.2661 s; the period of the method is longer, so that the second run, with h/2, ends first."""
+    model = mbdsl.parse("""model M Ground g; Body b(m = 1 kg, I = 1 kg.m2); Prismatic rail(g, b.c);
+      TranslationalSpringDamper spring(rail, k = 1 N/m);
+    initial equation rail.s = 1 m; rail.v = 0 m/s;
+    equation when rail.s < 0.3 m then terminate("there"); end when; end M;""")
+    run = mbdsl.simulate(model, stop=2.0, step=0.02, interval=0.02, method="hht-si2")
+    assert run.t[-1] == pytest.approx(math.acos(0.3), abs=1e-3) and run.t[-1] > math.acos(0.3)
+    found = mbdsl.study.verify(run, ["b.x", "b.vx"])
+    assert not found.problem and run.t[-2] < found.until < run.t[-1]
+    assert all(3.0 < a.digits < 16.0 for a in found.agreements)

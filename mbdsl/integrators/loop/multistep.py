@@ -31,7 +31,14 @@ from mbdsl.integrators.loop.step_control import (
     to_grid,
 )
 from mbdsl.integrators.loop.step_times import end_of_step, in_reach
-from mbdsl.integrators.loop.switch_location import REACTIONS, TURNING, length_before_switch, until_switch
+from mbdsl.integrators.loop.switch_location import (
+    BEHIND,
+    REACTIONS,
+    TURNING,
+    evaluate_behind,
+    length_before_switch,
+    until_switch,
+)
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.marks import kernel, rare
 from mbdsl.numerics.rotation import half, turn, untangled
@@ -250,6 +257,8 @@ def take(t0, h, formulas, run):
         if integers[S.WATCHING]:
             if integers[S.WATCHING] >= REACTIONS and status == S.RUNNING:
                 evaluate(end_of_step(t0, h, run), run)
+            elif integers[S.WATCHING] == BEHIND and status == S.RUNNING:
+                evaluate_behind(end_of_step(t0, h, run), run)
             part = until_switch(status, accepted, h, run)
             if part < 1.0:
                 return cut(part, h, formulas, run), h, error

@@ -32,9 +32,10 @@ LEFT = 1e-3
 MIDDLE, EARLIER = 0.5, 0.25
 #: the part of a step that is tried if it has no solution, and friction sticks
 NEARER = 0.9
-#: value of WATCHING if reactions decide events: the last correction of a step may change them more than a little, and
-#: switches are evaluated behind it; and value if, besides, joints stick that slide in several directions
-REACTIONS, TURNING = 2, 3
+#: values of WATCHING: BEHIND if switches read reactions: the last correction of a step may change them more than a
+#: little, and switches are evaluated behind it; REACTIONS if, besides, steps across an event may have no solution or
+#: reactions that lag; TURNING if, besides, joints stick that slide in several directions
+BEHIND, REACTIONS, TURNING = 2, 3, 4
 #: motion on which switches are located: extrapolated from the start of the step, or interpolated to its computed end
 ON, BETWEEN = 0, 1
 
@@ -95,6 +96,21 @@ def jumps(motion, low, high, h, run):
         )
         found = found or not abs(vectors[L.FORCE, i] - vectors[L.E_Q, i]) <= JUMP * size
     return found
+
+
+@rare
+def evaluate_behind(t, run):
+    """Evaluate the end of a step at time t behind its last correction; its forces stay if no switch has changed.
+
+    Overwrites E_V and TEMPORARY2.
+    """
+    vectors, size = run.vectors, run.layout[L.N_ALL]
+    for i in range(size):
+        vectors[L.E_V, i], vectors[L.TEMPORARY2, i] = vectors[L.FORCE, i], vectors[L.FORCE2, i]
+    evaluate(t, run)
+    if signature(run.numbers, run.layout) == run.integers[S.SIGNATURE]:
+        for i in range(size):
+            vectors[L.FORCE, i], vectors[L.FORCE2, i] = vectors[L.E_V, i], vectors[L.TEMPORARY2, i]
 
 
 @rare

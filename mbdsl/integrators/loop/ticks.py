@@ -22,6 +22,7 @@ from mbdsl.system.switches import signature
 #: numbers of a row of history in ``coefficients``: row, c_a, e_a, c_f, c_l
 WEIGHTS = 5
 NEVER = 1e300
+LARGEST = 2.0**53  #: value of a variable above which Python sets it, and says what is wrong
 
 
 @kernel
@@ -38,6 +39,18 @@ def next_tick(run):
     for i in range(layout[o + CLOCKS]):
         a, b, c = layout[o + FIRST + CLOCK * i], layout[o + FIRST + CLOCK * i + 1], layout[o + FIRST + CLOCK * i + 2]
         found = min(found, (a + numbers[layout[o + PLACE] + i] * b) / c)
+    return found
+
+
+@rare
+def limited(run):
+    """Whether all new values are numbers that whole numbers can represent; others are errors, if they are due."""
+    numbers, layout = run.numbers, run.layout
+    o = layout[L.TICKS]
+    first = o + FIRST + CLOCK * layout[o + CLOCKS]
+    found = True
+    for j in range(layout[o + ACTIONS]):
+        found = found and abs(numbers[layout[first + ACTION * j + 1]]) <= LARGEST
     return found
 
 
@@ -94,6 +107,8 @@ def tick(run):
     for i in range(n):
         vectors[L.E_V, i] = vectors[L.FORCE, i]
     inertia(L.ACT, 0, 0, run)
+    if not limited(run):
+        return False
     changed, k = act(t, run), run.matrices.shape[0] - 1
     if changed:
         evaluate(t, run)

@@ -17,9 +17,9 @@ from mbdsl.lang.builder.handles import Handle, Law, Place
 from mbdsl.lang.builder.kind_methods import KindMethods, known
 from mbdsl.lang.calls import CallLine, GivenText
 from mbdsl.lang.event_functions import ACTIONS
-from mbdsl.lang.events import no_action
 from mbdsl.lang.experiment import check_effects
 from mbdsl.lang.load import deep
+from mbdsl.lang.mistakes.events import no_action
 from mbdsl.lang.parser import read_expression
 from mbdsl.lang.unparse import indices, write, write_argument
 from mbdsl.messages import count, did_you_mean

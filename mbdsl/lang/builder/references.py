@@ -26,7 +26,7 @@ def check_names(node: object, instance: Instance) -> None:
     ModelError
         At the first one that is not.
     """
-    own: set[str] = {"time", "Modelica", *CONSTANTS}
+    own: set[str] = {"time", "Modelica", "AssertionLevel", *CONSTANTS}
     spatial = instance.assembly.spatial
     if isinstance(node, s.Initial) and node.mode == "state":
         return

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from mbdsl.errors import ModelError
+from mbdsl.errors import ModelError, Span
 from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.lang import syntax as s
+from mbdsl.lang.event_functions import ACTIONS
 from mbdsl.lang.source import span_of
 from mbdsl.lang.unparse import inner, write
 from mbdsl.lang.values import Value
 from mbdsl.mechanism.scene_parts import Component
+from mbdsl.messages import did_you_mean
+
+HOLDS = 'it holds `x = ...;`, `reinit(x, ...);`, `terminate("...");` and `assert(condition, "...");`'
 
 
 def no_discrete(function: str, e: s.Expression, value: Value) -> ModelError:
@@ -99,3 +103,12 @@ def if_at_start(item: s.If) -> ModelError | None:
         span_of(condition.at),
         f"write `when {write(condition)} then {actions or '...'} end when;`",
     )
+
+
+def no_action(found: s.Expression, span: Span | None = None) -> ModelError:
+    """The error about an expression in a when-equation."""
+    name = write(found.function) if isinstance(found, s.Call) else ""
+    hint = did_you_mean(name, ACTIONS) if name and name not in ACTIONS else None
+    if isinstance(found, s.Binary) and found.operator == "==":
+        hint = f"write `{write(found.left)} = {write(found.right)};`"
+    return ModelError(f"found `{write(found)}` in a `when`", span, hint or HOLDS)

@@ -44,7 +44,8 @@ def carry(graph: MechanismGraph) -> tuple[Scene, list[Note]]:
     for name, frame in scene.frames.items():
         if frame.body in poses:
             x, y, phi = (expr(value) for value in poses[frame.body] @ frame.pose)
-            frames[name] = Frame(name, graph.ground.name, span=frame.span, motion=(x, y, phi))
+            driver = drives[frame.body].driver.component
+            frames[name] = Frame(name, graph.ground.name, span=frame.span, motion=(x, y, phi), driver=driver)
     moved = replace(scene, components=components, frames=frames)
     known = moved.prescribed
     components = {name: rewritten(c, known) for name, c in components.items()}

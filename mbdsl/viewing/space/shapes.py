@@ -20,6 +20,7 @@ from mbdsl.viewing.space.symbols import TO_X, bodies_shown, support, symbol
 from mbdsl.viewing.tracks import GROUND, Place, SpaceMotion
 
 OF_SIZE, OF_LENGTH = 0.03, 0.14  #: size of symbols relative to the mechanism, and its limit relative to median bars
+LEAST = 0.012  #: least size of symbols relative to the mechanism without bars
 BAR, MASS = 0.34, 0.8  #: radius of bars and of bodies without dimensions, in units
 FLAT = 1.2  #: ratio of moments of inertia up to which a body counts as a thin disc
 THIN = 0.08  #: thickness of a disc relative to its radius
@@ -92,7 +93,10 @@ def drawing(motion: SpaceMotion) -> SpaceDrawing:
     size = size if is_apart(size, motion.poses[..., :3]) else 0.0
     bars = {c.name: list(_bars(c, motion, ports, own.get(c.name))) for c in scene.bodies()}
     lengths = [max(_length(p, q) for p, q in pairs) for pairs in bars.values() if pairs]
-    unit = min(OF_SIZE * size, OF_LENGTH * float(np.median(lengths)) if lengths else np.inf) or 1.0
+    unit = min(OF_SIZE * size, OF_LENGTH * float(np.median(lengths)) if lengths else np.inf)
+    if given and not lengths:
+        unit = min(unit, max(LEAST * size, OF_LENGTH * float(np.median([_reach(solid) for solid in given.values()]))))
+    unit = unit or 1.0
     solids = [s for c in scene.bodies() for s in _body(c, motion, own.get(c.name), bars[c.name], unit, tracks)]
     symbols = [s for c in elements for s in symbol(c, motion, unit)]
     turning = [s for s in symbols if s.role == BODY and len(s.at) == 1]

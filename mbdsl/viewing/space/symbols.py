@@ -13,11 +13,13 @@ import numpy as np
 
 from mbdsl.mechanism.scene import Component
 from mbdsl.viewing.space.solid import BODY, DRIVE, FORCE, JOINT, SUPPORT, Solid
+from mbdsl.viewing.symbols import nature
 from mbdsl.viewing.tracks import GROUND, UNTURNED, Place, SpaceMotion
 
 #: radius of coils in units, their pitch relative to it, and numbers of turns
 COIL, PITCH, LEAST_TURNS, MOST_TURNS = 0.8, 1.6, 5, 30
 MOST_POINTS = 400  #: of a wire
+ROUND_ENDS = ("LineContact", "SphereCapsuleContact")  #: contacts whose bodies end in half balls
 WIDTH, RIM = 1.2, 1.15  #: width of wheels in units, and outer radius of a ring relative to its pitch radius
 HALF = sqrt(0.5)
 #: quaternion that turns the z axis to the x axis: cylinders, rings and coils have the axis z
@@ -37,7 +39,9 @@ def bodies_shown(c: Component, motion: SpaceMotion) -> set[int]:
     """Tracks of the bodies that the symbol of an element shows, as gears and pulleys do."""
     a, b = (motion.spot_of(frame).track for frame in c.ports.values())
     name = c.kind.drawing
-    return {b} if name == "rack" else {a, b} if name in ("gears", "belt", "circles") else set()
+    if name == "surface":
+        return {b} if any(c.values.get(x) for x in ("radius", "length")) else set()
+    return {b} if name == "rack" else {a, b} if name in ("gears", "belt", "circles", "ball on solid") else set()
 
 
 def _one(draw: str, role: str, size: Sequence[float], p: tuple[float, ...] = UNTURNED, on_b: bool = False) -> Symbol:
@@ -84,15 +88,33 @@ def _plate(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -
     yield Solid("ball", JOINT, c.name, (b,), (0.4 * unit,) * 3)
 
 
+def _form(c: Component, at: Place, radius: float, motion: SpaceMotion, unit: float) -> Iterator[Solid]:
+    """What touches in a contact, at its frame: a cuboid, or a ball, a cylinder, a capsule or an edge of a radius."""
+    length, width, height = (float(c.values.get(name) or 0.0) for name in ("length", "width", "height"))
+    name, upright = motion.owner(at), at.moved(p=TO_X)
+    if height:
+        yield Solid("box", BODY, name, (at,), (length, width, height))
+        return
+    if length:
+        thin = radius or 0.1 * unit
+        yield Solid("cylinder", BODY, name, (upright,), (thin, thin, length))
+    if radius and (not length or c.kind.name in ROUND_ENDS):
+        for x in (-length / 2, length / 2) if length else (0.0,):
+            yield Solid("ball", BODY, name, (at.moved((x, 0.0, 0.0)),), (radius,) * 3)
+
+
 def _surface(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -> Iterator[Solid]:
-    """The plane of a contact, and the ball that touches it."""
+    """The plane of a contact or constraint, and what touches it."""
     radius = float(c.values.get("radius") or 0.0)
     if "n" in c.values:
         reach = 2.0 * float(motion.apart(a, b).max()) + 2.0 * unit
         yield Solid("box", JOINT, c.name, (a,), (reach, reach, 0.02 * unit))
-    if radius and "length" not in c.values:
-        owner = "" if b.track == GROUND else motion.tracks[b.track]
-        yield Solid("ball", BODY, owner, (b,), (radius,) * 3)
+    yield from _form(c, b, radius, motion, unit)
+
+
+def _ball_on_solid(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -> Iterator[Solid]:
+    yield from _form(c, a, float(c.values.get("R") or 0.0), motion, unit)
+    yield Solid("ball", BODY, motion.owner(b), (b,), (float(c.values["radius"]),) * 3)
 
 
 def _stop(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -> Iterator[Solid]:
@@ -118,14 +140,22 @@ def _between(*parts: tuple[str, float], role: str = FORCE, ends: float = 0.0) ->
 
 
 def _spring_damper(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -> Iterator[Solid]:
-    """A coil, a dashpot or both, by the constants that are not zero."""
-    k, damping = (c.values.get(name) for name in ("k", "c"))
-    if k or not damping:
+    """A coil, a dashpot or both, by the constants that are not zero; or an actuator."""
+    draw = nature(c)
+    if draw == "actuator":
+        yield from SYMBOLS[draw](c, a, b, motion, unit)
+    if draw.startswith("spring"):
         radius = COIL * unit
         turns = min(MOST_TURNS, max(LEAST_TURNS, round(float(motion.apart(a, b).mean()) / (PITCH * radius))))
         yield Solid("coil", FORCE, c.name, (a, b), (radius, radius), {"turns": turns})
-    if damping:
+    if draw.endswith("damper"):
         yield from _between(("piston", 0.36))(c, a, b, motion, unit)
+
+
+def _turning_spring(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -> Iterator[Solid]:
+    """A spiral, the drum of a damper, or the ring of a torque that does not depend on the angle."""
+    draw = {"actuator": "turning", "damper": "drum"}.get(nature(c), "spiral")
+    yield from SYMBOLS[draw](c, a, b, motion, unit)
 
 
 def _track(c: Component, a: Place, b: Place, motion: SpaceMotion, unit: float) -> Iterator[Solid]:
@@ -215,9 +245,12 @@ SYMBOLS: dict[str, Symbol] = {
     "rod": _between(("cylinder", 0.22), role=BODY, ends=0.34),
     "actuator": _between(("piston", 0.36), role=DRIVE, ends=0.36),
     "spring": _spring_damper,
+    "turning spring": _turning_spring,
     "spiral": _one("spiral", FORCE, (1.2, 1.2, 1.2)),
+    "drum": _one("cylinder", FORCE, (0.9, 0.9, 0.6)),
     "turning": _one("ring", DRIVE, (1.0, 1.0, 1.0)),
     "stop": _stop,
+    "turning stop": _nothing,
     "track": _track,
     "cam": _track,
     "dashed": _between(("cylinder", 0.1)),
@@ -226,6 +259,7 @@ SYMBOLS: dict[str, Symbol] = {
     "rack": _rack,
     "circles": _balls,
     "surface": _surface,
+    "ball on solid": _ball_on_solid,
     "rope": _rope,
     "bushing": _one("ball", FORCE, (0.7, 0.7, 0.7)),
     "mark": _mark,

@@ -47,7 +47,7 @@ def check(say, tmp_path):
     """Check a text, or a PENDULUM with more lines."""
 
     def run(text, *words):
-        text = text if text.startswith("model") else PENDULUM.replace("{more}", text)
+        text = text if text.startswith(("model", "spatial")) else PENDULUM.replace("{more}", text)
         (tmp_path / "m.mbd").write_text(text, encoding="utf-8")
         return say("check", "m.mbd", *words)
 
@@ -178,8 +178,25 @@ def test_redundant_constraints_are_reported(say):
     code, out, _ = say("check", MODELS / "hard" / "spare_rocker.mbd", "--allow-imports")
     lines = out.splitlines()
     assert code == 0 and lines[2] == "assembled at t = 0 s"
-    assert lines[3] == "redundant: A3.Phi[2] follows from the other constraints"
-    assert lines[4].startswith("  Revolute A3 (spare_rocker.mbd:14) follows from Revolute O1 (spare_rocker.mbd:9), ")
+    assert lines[3] == "true mobility 1 = 12 coordinates - 11 independent constraint rows"
+    assert lines[4] == "redundant: A3.Phi[2] follows from the other constraints"
+    assert lines[5].startswith("  Revolute A3 (spare_rocker.mbd:14) follows from Revolute O1 (spare_rocker.mbd:9), ")
+
+
+@pytest.mark.parametrize("spatial", [False, True])
+def test_a_point_mass_on_a_rail_is_counted_without_its_attitude_and_contacts(check, spatial):
+    """It has one degree of freedom; neither the row of a rigid contact nor that of friction that sticks counts."""
+    code, out, _ = check(
+        "model M\n  Ground g;\n  PointMass p(m = 1 kg);\n  Prismatic rail(g, p, mu = 0.1, sticks = true);\n"
+        "  TranslationalStop buffer(rail, s_max = 1 m, e = 0.5);\nend M;\n".replace(
+            "model", "spatial model" * spatial or "model", 1
+        )
+    )
+    rows = (
+        "3 coordinates - 2 independent constraint rows" if spatial else "2 coordinates - 1 independent constraint row"
+    )
+    assert code == 0 and f"\ntrue mobility 1 = {rows}\n" in out
+    assert "  Prismatic rail (m.mbd:4) need not keep the attitude of p, a point mass\n" in out
 
 
 def test_it_can_be_skipped(check):

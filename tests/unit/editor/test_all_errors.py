@@ -45,6 +45,13 @@ def test_errors_of_syntax_and_of_names():
     assert lines(broken) == [3, 4, 6, 9, 11, 13, 15]  # line 10 needs line 9
 
 
+def test_a_ground_with_an_error_is_still_the_ground():
+    """No error that the model has no ground, where a value of the ground is wrong."""
+    bodies = "  Body b(m = 1 kg, I = 1 s);\n  Body c(m = 1 kg, I = 1 kg.m2);\n  Revolute pin(ground, c.c);\nend M;\n"
+    assert lines(f"model M\n  Ground ground(g = 9.81*sin(6 deg));\n{bodies}") == [2, 3]
+    assert lines(f"model M\n{bodies.replace('1 s', '1 kg.m2').replace('(ground', '(b.c')}") == [2]
+
+
 def test_an_equation_with_an_error_still_gives_its_variable():
     """No error that a variable has no value, where its derivative or its value at an event is wrong."""
     text = """model M

@@ -190,6 +190,55 @@ def test_completion_and_hover_answer_at_every_place():
             hover(names, end)
 
 
+MACHINE = """model M
+  Ground ground; Body b(m = 1 kg, I = 1 kg.m2); Prismatic rail(ground, b.c, mu = 0.2, sticks = true);
+  Contact floor(gap = b.y, e = 0.5); Boolean on(start = true); discrete Real F(unit = "N", start = 0);
+equation
+  when {sample(0, 1 ms), edge(on), initial()} then F = pre(F) + 1 N; on = change(F);
+  elsewhen b.y < 0 m then reinit(b.vy, 1 m/s); terminate("x"); assert(on, "y", AssertionLevel.warning); end when;
+end M;
+"""
+
+
+def test_every_word_about_events_and_contacts_is_described():
+    names = workspace(MACHINE).names("/nowhere/a.mbd")
+    said = {
+        "when": "Equations of an event",
+        "elsewhen": "A further condition",
+        "sample": "true at start + k period",
+        "edge": "becomes true",
+        "initial()": "true at the start",
+        "pre(": "before the event",
+        "change": "whether a discrete variable changes",
+        "reinit": "a jump of a state",
+        "terminate": "ends the run",
+        "assert": "ends the run with this text",
+        "AssertionLevel": "lets it go on",
+        "discrete": "changes at events only",
+        "Contact": "Rigid contact",
+        "gap": "`Contact.gap`",
+        "sticks": "`Prismatic.sticks`",
+    }
+    for word, text in said.items():
+        found = hover(names, MACHINE.index(word))
+        assert found is not None and text in found.text, word
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("Contact c(|);", {"gap", "e", "mu", "mu_s", "slip", "impacts"}),
+        ("Prismatic p(ground, b.c, |);", {"mu", "sticks"}),
+        ("Real q = floor.|;", {"active", "force", "friction", "impacts", "impulse", "sliding"}),
+    ],
+)
+def test_parameters_and_signals_of_contacts_are_offered(line, expected):
+    text = MACHINE.replace("equation", f"  {line}\nequation", 1)
+    at = text.index("|")
+    names = workspace(text.replace("|", "")).names("/nowhere/a.mbd")
+    assert expected <= {item.label for item in complete(names.unit, at)[1]}
+
+
 def test_a_very_long_text_is_not_searched_while_it_is_typed():
     """It takes some seconds to read, in which the editor would wait."""
     long = CRANK + "//" + "x" * 250_000

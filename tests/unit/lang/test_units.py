@@ -10,6 +10,8 @@ from mbdsl.lang.lexer import tokenize
 from mbdsl.lang.load import parse_text
 from mbdsl.lang.source import Source
 
+HALF = units.Fraction(1, 2)
+
 
 @pytest.mark.parametrize(
     ("text", "factor", "dimension"),
@@ -26,6 +28,9 @@ from mbdsl.lang.source import Source
         ("N.m/rad", 1.0, (1, 2, -2, 0, 0, 0, 0)),
         ("kN/mm", 1e6, (1, 0, -2, 0, 0, 0, 0)),
         ("N.s/m", 1.0, (1, 0, -1, 0, 0, 0, 0)),
+        ("m3/(s.Pa^0.5)", 1.0, (-HALF, 7 * HALF, 0, 0, 0, 0, 0)),
+        ("N/mm^1.5", 10.0**4.5, (1, -HALF, -2, 0, 0, 0, 0)),
+        ("m^(-1/2)", 1.0, (0, -HALF, 0, 0, 0, 0, 0)),
         ("kg.m2", 1.0, (1, 2, 0, 0, 0, 0, 0)),
         ("kg/(m.s)", 1.0, (1, -1, -1, 0, 0, 0, 0)),
         ("m/s2", 1.0, (0, 1, -2, 0, 0, 0, 0)),
@@ -50,7 +55,8 @@ def test_units(text, factor, dimension):
 
 
 @pytest.mark.parametrize(
-    "text", ["kilo", "m1", "m22", "L", "N..m", "N m", "m/", "/s", "m_a", "then", "N.", "kk", "m^n", "m^2)", "m^(2"]
+    "text",
+    ["kilo", "m1", "m22", "L", "N..m", "N m", "m/", "/s", "m_a", "then", "N.", "kk", "m^1.55", "m^n", "m^2)", "m^(2"],
 )
 def test_no_units(text):
     assert units.parse(text) is None
@@ -77,6 +83,8 @@ def test_no_units(text):
         ("2 m^2)/(1 m)", "2 m^2"),
         ("3 kg.m^2)", "3 kg.m^2"),
         ("2 m^(2 - n)", "2 m"),
+        ("2 N/m^1.5*x", "2 N/m^1.5"),
+        ("2 m^(1/2)*x", "2 m^(1/2)"),
     ],
 )
 def test_where_a_unit_ends(text, first):

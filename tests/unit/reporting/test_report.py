@@ -220,3 +220,34 @@ def test_the_command(say, tmp_path, monkeypatch):
     code, _, err = say("report", "pendulum.mbd", "--out", "pendulum.mbd")
     assert code == 2 and "does not end with .html" in err
     assert (tmp_path / "pendulum.mbd").read_text() == PENDULUM
+
+
+LOSES = """model M Ground ground; PointMass ball(m = 1 kg); {} Real x(start = 1);
+equation der(x) = -x/(1 s); {} end M;"""
+
+
+@pytest.mark.parametrize(
+    ("element", "equation", "by"),
+    [
+        ("Contact floor(gap = ball.y, e = 0.8);", "", "removed by floor."),
+        ("PointContact floor(ground, ball, e = 0.8);", "", "removed by floor.contact."),
+        ("Contact floor(gap = ball.y, e = 1);", "", "No component adds"),
+        (
+            "FreeMotion free(ground, ball);",
+            "when ball.y < 0 m then reinit(ball.vy, 1 m/s); end when;",
+            "reinit(ball.vy).",
+        ),
+    ],
+)
+def test_impacts_and_reinit_change_the_energy_and_states_do_not(trajectory_of, element, equation, by):
+    t = np.linspace(0.0, 1.0, 3)
+    run = trajectory_of(parse(LOSES.format(element, equation)), t, {"ball": np.column_stack([t, 1.0 - t])})
+    assert by in balance(run) and "der(x)" not in balance(run)
+
+
+def test_the_run_lists_its_events(slider_crank):
+    stats = slider_crank.stats | {"kinds of events": {"impact": 3, "when": 1}, "terminated": "done", "events": 5}
+    run = slider_crank[:]
+    run.stats = stats
+    text = of(run).html
+    assert "3 impact, 1 when" in text and "ended by terminate" in text

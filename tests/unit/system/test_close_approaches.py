@@ -13,7 +13,7 @@ import mbdsl
 from mbdsl.simulation.mechanism_run import MechanismRun
 from mbdsl.simulation.simulate import simulated
 from mbdsl.simulation.undecided_contacts import undecided
-from mbdsl.system.close_approaches import Approaches
+from mbdsl.system.close_approaches import Approaches, _far
 
 
 def model(law):
@@ -129,3 +129,18 @@ def test_gaps_of_rigid_contacts_that_are_closed_are_no_approaches(y, v, h, count
     numbers = dict.fromkeys(system.tables.inputs, 0.0)
     search.add(approaches, past, rows, numbers)
     assert sum(x.number in search.contacts for x in approaches) == count
+
+
+def test_arguments_that_stay_far_from_zero():
+    """Random cubics by values and rates at the ends of two steps, against their values at many points."""
+    rng = np.random.default_rng(1)
+    h, y, rate = np.array([0.5, 2.0]), rng.normal(0.5, 1.0, (400, 3)), rng.normal(0.0, 1.0, (400, 3))
+    before, near = rng.normal(0.5, 1.0, 400), np.full(400, 0.05)
+    x = np.linspace(0.0, 1.0, 101)[:, None, None]
+    dy, r0, r1 = np.diff(y), h * rate[:, :-1], h * rate[:, 1:]
+    dense = y[:, :-1] + x * (r0 + x * (3.0 * dy - 2.0 * r0 - r1 + x * (r0 + r1 - 2.0 * dy)))
+    side = np.sign(before)[:, None]
+    stays = np.where(side > 0.0, dense.min(axis=0) > 0.05, dense.max(axis=0) < -0.05).all(axis=1)
+    far = _far(h, y, rate, before, near)
+    assert not (far & ~stays).any()
+    assert far.sum() > 20

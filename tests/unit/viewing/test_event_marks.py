@@ -1,15 +1,18 @@
 """Marks of events in plots and on the time line of the player, at times in closed form."""
 
 import pickle
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import mbdsl
 from mbdsl.integrators.event_list import EventGroup
+from mbdsl.plotting.signal_panels import with_events
 from mbdsl.results.stored import open_result
-from mbdsl.simulation.event_marks import APART, TICKS
+from mbdsl.simulation.event_marks import APART, TICKS, Mark
 from mbdsl.simulation.stored_events import of_meta, text_of
+from mbdsl.viewing.signals import signals
 from mbdsl.viewing.stored_result import stored_trajectory
 
 BALL = """model M
@@ -63,9 +66,18 @@ def test_marks_are_few_and_lines_of_plots_are_at_their_times(run):
     plot = run.plot(["ball.y", "ball.vy"])
     for panel in plot.panels:
         lines = {series.name: series for series in panel.series if series.style == "guide"}
-        assert set(lines) == {"impact", "contact", "sample"}
-        assert lines["impact"].x[0] == lines["impact"].x[1] == pytest.approx(FIRST, abs=1e-9)
+        assert set(lines) == {"impact (line 4)", "contact (line 4)", "sample (line 9)"}
+        impacts = lines["impact (line 4)"]
+        assert impacts.x[0] == impacts.x[1] == pytest.approx(FIRST, abs=1e-9)
     assert not any(s.style == "guide" for p in run.plot("ball.vy", against="ball.y").panels for s in p.series)
+
+
+@pytest.mark.parametrize(("count", "name"), [(1, "when (line 1)"), (3, "when (lines 1, 2, 3)"), (4, "when")])
+def test_a_legend_names_the_lines_of_few_events(run, count, name):
+    found = [Mark(0.1 * k, "when", 1, f"when, line {k}", f"{k}") for k in range(1, count + 1)]
+    result = SimpleNamespace(events=lambda start, stop: (found, 0))
+    figures, _ = with_events(run.plot("ball.y").panels[:1], [result], ["run"])
+    assert [x.name for x in figures[0].series if x.style == "guide"][-1] == name
 
 
 def test_many_ticks_are_left_out_and_said():
@@ -89,6 +101,7 @@ def test_the_time_line_has_marks_and_a_key_goes_to_them(run, browser, tmp_path):
         browser.key("e", 69, "e")
         assert browser.state()["time"] == pytest.approx(expected, abs=1e-6)
     assert browser.value("document.body.classList.contains('with-events')")
+    assert "impact of floor, line 4" in browser.value("noted().map((note) => [note].flat()[0])")
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".npz", ".mat", ".nc"])
@@ -100,7 +113,7 @@ def test_result_files_keep_events(run, suffix, tmp_path):
     plot = mbdsl.plot(str(file), signals="ball.y")
     lines = {series.name: series.x for series in plot.panels[0].series if series.style == "guide"}
     own = {series.name: series.x for series in run.plot("ball.y").panels[0].series if series.style == "guide"}
-    assert set(lines) == set(own) == {"impact", "contact", "sample"}
+    assert set(lines) == set(own) == {"impact (line 4)", "contact (line 4)", "sample (line 9)"}
     assert all(np.allclose(lines[name], own[name], 1e-13, 0.0, equal_nan=True) for name in own)
     stored, _ = stored_trajectory(file, run.scene)
     assert [x[1:2] + x[3:] for x in stored.events] == [x[1:2] + x[3:] for x in run.events]
@@ -132,3 +145,15 @@ def test_ticks_of_a_clock_need_three_numbers_in_a_file():
 
 def test_a_pickled_run_keeps_its_events(run):
     assert pickle.loads(pickle.dumps(run)).events == run.events
+
+
+def test_files_and_tables_have_discrete_variables(run, tmp_path):
+    """As states, but they are no motion, of which studies have errors. The page has each signal once."""
+    run.save(tmp_path / "run.csv")
+    assert (tmp_path / "run.csv").read_text().splitlines()[0] == "time,ball.x,ball.y,ball.vx,ball.vy,n"
+    assert [*run.to_pandas()] == run.default_names == ["ball.x", "ball.y", "ball.vx", "ball.vy", "n"]
+    assert "n" not in run.motion_names
+    assert "impact, 11 sample, 1 contact</p>" in run._repr_html_()
+    shown = [x.name for x in signals(run, None).signals]
+    assert "n" in shown and len({*shown}) == len(shown)
+    assert [x.name for x in signals(run, ["n", "ball.y"]).signals if x.held] == ["n"]

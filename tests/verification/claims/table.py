@@ -133,13 +133,13 @@ def verified(claim, scene, method, asked, common):
     from mbdsl.studies.verify import verify
 
     run = mbdsl.simulate(scene, method=method, tol=asked, **common)
-    found = verify(run, run.default_names, progress=common["progress"])
+    found = verify(run, run.motion_names, progress=common["progress"])
     if found.problem:
         raise IntegrationError(f"not verified: {found.problem}")
     if found.doubtful:
         raise IntegrationError(f"doubtful: {found.doubtful[0].signal} agrees to {found.doubtful[0].digits:.1f} digits")
     size, speed = run.system.tables.size, 1.0 / claim.stop
-    for key in run.default_names:
+    for key in run.motion_names:
         quantity = key.rsplit(".", 1)[1]
         if quantity in ("vx", "vy", "w"):
             speed = max(speed, abs(run[key]).max() / (1.0 if quantity == "w" else size))

@@ -1,0 +1,50 @@
+"""Errors of rigid contacts in a run: the contact with its line, the reason, and a remedy."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from mbdsl.errors import InitialisationError
+from mbdsl.mechanism.contacts import Contact
+from mbdsl.mechanism.scene import Component
+
+
+class UnsolvedContactsError(InitialisationError):
+    """No impulses or reactions satisfy the laws of the contacts."""
+
+
+def unsolvable(
+    what: str, contacts: Sequence[Contact], when: str, drivers: Sequence[Component]
+) -> UnsolvedContactsError:
+    """The error of ``contacts`` whose laws have no solution, because of the ``drivers`` if there are some."""
+    names = ", ".join(f"`{c.name}`" for c in contacts)
+    message = f"no {what} satisfy the laws of the contacts {names}{when}"
+    hint = "the bodies that touch are jammed between others: leave a gap, or take a contact with stiffness `k`"
+    if not drivers:
+        return UnsolvedContactsError(message, contacts[0].span, hint)
+    moving = ", ".join(f"`{c.name}`" for c in drivers)
+    verb = "prescribes a motion that goes" if len(drivers) == 1 else "prescribe motions that go"
+    message += f": {moving} {verb} on through the contact"
+    hint = (
+        "end this motion before the bodies touch; or push the body by a SpringDamper or a Force in place of "
+        f"{drivers[0].kind.name}; or give the contact a stiffness `k`"
+    )
+    notes = tuple((f"{c.kind.name} `{c.name}` is here", c.span) for c in drivers[:3] if c.span is not None)
+    return UnsolvedContactsError(message, contacts[0].span, hint, notes)
+
+
+def no_value(contact: Contact, t: float) -> UnsolvedContactsError:
+    """The error of a contact whose gap is no finite number at time t."""
+    message = f"the gap of `{contact.name}` has no value at t = {t:.9g} s"
+    hint = "write a gap that has a value at all positions, and is negative where the bodies overlap"
+    return UnsolvedContactsError(message, contact.span, hint)
+
+
+def too_rough(contact: Contact, t: float, mu: float) -> UnsolvedContactsError:
+    """The error of a contact whose reaction is not unique from the coefficient of friction ``mu`` on."""
+    return UnsolvedContactsError(
+        f"friction of `{contact.name}` is too large at t = {t:.9g} s: with mu = {contact.mu:g} its reaction does "
+        f"not exist or is not unique, from mu = {mu:.6g} on (Painleve's paradox)",
+        contact.span,
+        "take a smaller mu, or a contact with stiffness `k`",
+    )
