@@ -56,8 +56,6 @@ def contact(
     spatial: bool = False,
     terms: Mapping[str, str] = {},
     one: bool = False,
-    rigid: bool = True,
-    aim: tuple[str, ...] = (),
     **more: Any,
 ) -> ForceKind:
     """The declaration of a kind.
@@ -73,20 +71,17 @@ def contact(
     one : bool, optional
         Whether it is one contact wherever it is: its damping is set where the first point touches, which is the
         nearest one, and only then there are forces.
-    rigid : bool, optional
-        Whether components without stiffness are rigid.
-    aim : tuple of str, optional
-        ``aim`` of the first rigid contact, see :class:`mbdsl.elements.declaration.Touch`.
     **more
-        Further fields; ``signals``, ``check`` and ``derive`` are in addition to those of all contacts.
+        Further fields; ``signals``, ``check`` and ``derive`` are in addition to those of all contacts; ``aim`` is that
+        of the first rigid contact, see :class:`mbdsl.elements.declaration.Touch`.
     """
     count, signals, check, derive = len(points), *(more.pop(x, None) for x in ("signals", "check", "derive"))
     touches = 1 if one else count
-    touching = tuple(_touch(i, point, count, spatial) for i, point in enumerate(points, 1)) if rigid else ()
+    touching = tuple(_touch(i, point, count, spatial) for i, point in enumerate(points, 1))
+    aim = more.pop("aim", ())
     touching = tuple(x._replace(aim=aim) if x.key == "1" else x for x in touching)
-    laws = contact_law.parameters("N/m", "v_0", "m/s", rigid), friction.parameters("v", "m/s", 1e-3)
-    if rigid:
-        more.setdefault("specialised", specialised(file_of(name)))
+    laws = contact_law.parameters("N/m", "v_0", "m/s"), friction.parameters("v", "m/s", 1e-3)
+    more.setdefault("specialised", specialised(file_of(name)))
     each, own = dict(terms), {}
     for i, point in enumerate(points, 1):
         each |= _in_space(i, point) if spatial else _in_plane(i, point)
@@ -114,7 +109,7 @@ def contact(
             **friction.derive(v),
             **(derive(v) if derive else {}),
         },
-        effects={**(contact_law.EFFECTS_OR_RIGID if rigid else contact_law.EFFECTS), **friction.EFFECTS},
+        effects={**contact_law.EFFECTS_OR_RIGID, **friction.EFFECTS},
         touching=touching,
         spatial=spatial,
         **more,

@@ -87,9 +87,9 @@ class Contact(NamedTuple):
         the lowest point of a cylinder that leans has turned away from its corner."""
         if self.aim:
             size = call("hypot", *self.aim)
-            along = -sum(input_signal(c) * x for c, x in zip(self.corner, self.aim, strict=True))
+            b, c = (input_signal(c) * x for c, x in zip(self.corner, self.aim, strict=True))
             leans = call("and", call("lt", LEANS, size), call("lt", size, 0.3))
-            turned = call("and", leans, call("lt", along, 0.5 * size))
+            turned = call("and", leans, call("lt", -(b + c), 0.5 * size))
             return call("or", self._replace(aim=()).condition, turned)
         if not self.slips:
             return self.closing
