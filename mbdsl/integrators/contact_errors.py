@@ -6,16 +6,14 @@ from collections.abc import Sequence
 
 from mbdsl.errors import InitialisationError
 from mbdsl.mechanism.contacts import Contact
-from mbdsl.mechanism.scene import Component
+from mbdsl.system.driven_contacts import Driver
 
 
 class UnsolvedContactsError(InitialisationError):
     """No impulses or reactions satisfy the laws of the contacts."""
 
 
-def unsolvable(
-    what: str, contacts: Sequence[Contact], when: str, drivers: Sequence[Component]
-) -> UnsolvedContactsError:
+def unsolvable(what: str, contacts: Sequence[Contact], when: str, drivers: Sequence[Driver]) -> UnsolvedContactsError:
     """The error of ``contacts`` whose laws have no solution, because of the ``drivers`` if there are some."""
     names = ", ".join(f"`{c.name}`" for c in contacts)
     message = f"no {what} satisfy the laws of the contacts {names}{when}"

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
 from mbdsl.integrators import contact_errors
-from mbdsl.integrators.driven_contacts import drivers_at_fault
 from mbdsl.integrators.friction_set import FrictionSet
 from mbdsl.integrators.rim_corners import RimCorners
 from mbdsl.integrators.shared_reactions import SharedReactions
@@ -46,6 +45,7 @@ from mbdsl.numerics.impact import UnsolvableError, at_once, comes_to_rest, in_se
 from mbdsl.numerics.saddle_point import dense, least_squares
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
+from mbdsl.system.driven_contacts import drivers_at_fault
 
 Array = NDArray[np.float64]
 State = tuple[float, Array, Array]  #: t, q, v

@@ -22,7 +22,6 @@ from mbdsl.expressions.symbolic import Expr, leaves
 from mbdsl.integrators.backends import Problem
 from mbdsl.integrators.contact_errors import unsolvable
 from mbdsl.integrators.contact_record import ContactRecord, ContactStep
-from mbdsl.integrators.driven_contacts import drivers_at_fault
 from mbdsl.integrators.step_equations import ClosedContacts, OwnForces, StepEquations, StepSolution, StepStart
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism.contacts import FRICTION
@@ -31,6 +30,7 @@ from mbdsl.numerics.first_change import first_change
 from mbdsl.numerics.impact import UnsolvableError, in_sequence, separating
 from mbdsl.numerics.saddle_point import dense
 from mbdsl.system.accelerations import balance
+from mbdsl.system.driven_contacts import drivers_at_fault
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]

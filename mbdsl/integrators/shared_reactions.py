@@ -17,7 +17,6 @@ from mbdsl.errors import Span
 from mbdsl.expressions.symbolic import Expr, leaves, walk
 from mbdsl.integrators.touching import Touching
 from mbdsl.mechanism.contacts import FRICTION, MODE, OPEN, number
-from mbdsl.mechanism.scene import Scene
 from mbdsl.numerics.contact_modes import STICK, Contacts, Modes
 from mbdsl.numerics.friction_shares import exerted
 from mbdsl.numerics.saddle_point import dense
@@ -45,8 +44,9 @@ class Shared(NamedTuple):
     among: tuple[str, ...]
 
 
-def readers(scene: Scene) -> list[Reader]:
+def readers(system: System) -> list[Reader]:
     """What reads reactions in a scene: laws, friction of joints, conditions and values of when-equations."""
+    scene = system.scene
     found = []
     for c in scene.components.values():
         if c.kind.name != FRICTION:
@@ -72,7 +72,7 @@ class SharedReactions:
 
     def __init__(self, system: System) -> None:
         self.system, self.found = system, list[Shared]()
-        self._readers = readers(system.scene) if system.scene.contacts else []
+        self._readers = readers(system) if system.scene.contacts else []
 
     def look(
         self,

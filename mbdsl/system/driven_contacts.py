@@ -17,10 +17,11 @@ from mbdsl.mechanism.contacts import is_contact
 from mbdsl.mechanism.scene import Component, Scene
 from mbdsl.numerics.contact_modes import Contacts, solve
 from mbdsl.numerics.saddle_point import dense, least_squares
-from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
+from mbdsl.system.system import System
 
 Array = NDArray[np.float64]
+Driver = Component
 DEPENDS = 1e-10  #: relative pivot below which a row depends on others
 
 
