@@ -19,13 +19,11 @@ from mbdsl.elements.declaration import CONTACTS, REQUIRED, Latch, Parameter
 LEAST = 0.05  #: smallest coefficient of restitution; the damping grows like 1/e
 
 
-def parameters(stiffness: str, speed: str, unit: str, rigid: bool = True) -> tuple[Parameter, ...]:
-    """The parameters of a contact with this unit of stiffness, whose speed is called ``speed``; ``rigid``: whether it
-    may be rigid."""
-    k, e = ("; without it the contact is rigid", ", but rigid contacts need it") if rigid else ("", "")
+def parameters(stiffness: str, speed: str, unit: str) -> tuple[Parameter, ...]:
+    """The parameters of a contact with this unit of stiffness, whose speed is called ``speed``."""
     return (
-        Parameter("k", stiffness, None if rigid else REQUIRED, f"stiffness{k}", positive=True),
-        Parameter("e", "1", None, f"coefficient of restitution; default 1{e}", minimum=0.0),
+        Parameter("k", stiffness, None, "stiffness; without it the contact is rigid", positive=True),
+        Parameter("e", "1", None, "coefficient of restitution; default 1, but rigid contacts need it", minimum=0.0),
         Parameter(
             speed,
             unit,
