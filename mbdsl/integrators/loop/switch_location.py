@@ -21,9 +21,8 @@ from mbdsl.system.switches import signature, signature_from
 SHORT_OF = 1e-4
 #: tolerance of the located time, relative to its distance from the start of the step
 CLOSE = 1e-6
-#: relative change of a force below which it has a corner and no jump; and the change relative to the largest one over
-#: some ways of the same length before it, below which it may be rounding of forces in equilibrium
-JUMP, ALIKE, WAYS = 1e-4, 10.0, 4
+#: relative change of a force below which it has a corner and no jump
+JUMP = 1e-4
 #: a rejected step ends at a corner if at least this part of the step lies before it
 WORTH = 0.01
 #: largest remaining time to a switch, relative to the last step, at which it is an event
@@ -82,20 +81,14 @@ def jumps(motion, low, high, h, run):
     than one of forces, as of an event.
 
     The change is relative to the largest force there and at the ends of the step, in rows FORCE0 and E_V. Overwrites
-    E_Q, TEMPORARY, and the rows that ``look`` writes.
+    E_Q, and the rows that ``look`` writes.
     """
     vectors, layout = run.vectors, run.layout
     n, first = layout[L.N_Q], run.integers[S.CORNERS]
-    old = look(motion, low, h, run)
+    look(motion, low, h, run)
     others = signature_from(first, run.numbers, layout)
     for i in range(n):
-        vectors[L.E_Q, i], vectors[L.TEMPORARY, i] = vectors[L.FORCE, i], 0.0
-    for k in range(WAYS):
-        if look(motion, low - (k + 1.0) * (high - low), h, run) == old:
-            for i in range(n):
-                change = abs(vectors[L.FORCE, i] - vectors[L.E_Q, i])
-                if change > vectors[L.TEMPORARY, i]:
-                    vectors[L.TEMPORARY, i] = change
+        vectors[L.E_Q, i] = vectors[L.FORCE, i]
     look(motion, high, h, run)
     found = signature_from(first, run.numbers, layout) != others
     for i in range(n):
@@ -103,8 +96,7 @@ def jumps(motion, low, high, h, run):
             max(abs(vectors[L.FORCE, i]), abs(vectors[L.E_Q, i])),
             max(abs(vectors[L.FORCE0, i]), abs(vectors[L.E_V, i])),
         )
-        most = max(JUMP * size, ALIKE * vectors[L.TEMPORARY, i])
-        found = found or not abs(vectors[L.FORCE, i] - vectors[L.E_Q, i]) <= most
+        found = found or not abs(vectors[L.FORCE, i] - vectors[L.E_Q, i]) <= JUMP * size
     return found
 
 
