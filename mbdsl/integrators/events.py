@@ -153,6 +153,13 @@ class SwitchEvents:
         seen = _changed(self.system, states.min(axis=0), states.max(axis=0)) if self._recent else []
         return seen or self._hidden or self._undecided() or [x for x in self.system.tables.switches if _of_time(x)]
 
+    @property
+    def of_whens(self) -> bool:
+        """Whether ``changing`` are conditions of when-equations, which no error of reactions decides."""
+        branches = () if self.set is None else self.system.scene.events.branches
+        nodes = set(walk(*(c for b in branches for c in b.conditions)))
+        return bool(self.changing) and all(x.node in nodes and not reads_reactions(x) for x in self.changing)
+
     def _undecided(self) -> list[Switch]:
         """The switches that a perturbation of the size of rounding changes at the present state."""
         t, (q, v, lam) = self.run.time, self.run.state()

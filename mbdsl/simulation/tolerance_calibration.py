@@ -308,6 +308,12 @@ class CalibrationLadder(AmplifiedRounding):
             return last.eps if last.error <= self.tol else typical
         return max(self._wanted(last)[1], last.eps / self._leap(0.0))
 
+    @staticmethod
+    def acts_without_end(last: Trial) -> bool:
+        """Whether when-equations have ended a run: they do the same with smaller errors."""
+        own = [x for x in last.kept.integrations if isinstance(x, MethodRun)]
+        return last.status == S.SLIDING and any(x.events is not None and x.events.of_whens for x in own)
+
     def _after_failure(self, last: Trial) -> float | None:
         """The next eps after a failed run.
 
@@ -317,7 +323,7 @@ class CalibrationLadder(AmplifiedRounding):
         trials, before, enough = self.trials, self.trials[-2], LADDER.aim * self.tol
         alike = not before.done and abs(before.t[-1] - last.t[-1]) <= LADDER.together * self.span
         last_one = self._runs >= LADDER.most_runs
-        over = last_one or (before.done and last.eps <= self.tol)
+        over = last_one or (before.done and last.eps <= self.tol) or (alike and self.acts_without_end(last))
         over = over or (last.eps <= enough and (alike or last.eps <= enough / LADDER.ratio))
         if not over:
             return max(last.eps / LADDER.ratio, enough) if last.eps > enough else last.eps / LADDER.ratio
