@@ -7,10 +7,16 @@ all; so does ``pytest tests/some/test_file.py`` with the tests of this file.
 import gc
 import os
 import signal
+import sys
 import zlib
 from collections import defaultdict
 from fnmatch import fnmatch
 from pathlib import Path
+
+try:
+    import resource
+except ImportError:  # Windows
+    resource = None
 
 # Modules and collected tests persist until the end of the process: no collection while they are created.
 gc.disable()
@@ -112,6 +118,7 @@ unit/simulation/test_hostile_states.py::test_no_integer*
 unit/studies/test_accuracy.py*
 !unit/studies/test_accuracy.py::test_the_error_is_what_was_asked_for*
 unit/studies/test_budget.py*
+unit/studies/test_fingerprint.py::test_every_number_of_a_shipped_model*hoist*
 unit/studies/test_own_steps.py*
 unit/studies/test_reference.py::test_runs_that_pass_over_a_pulse*
 unit/studies/test_report.py*
@@ -122,6 +129,16 @@ unit/simulation/test_method_choice.py::test_an_ordinary_machine_takes_few_steps?
 unit/simulation/test_method_choice.py::test_an_ordinary_machine_takes_few_steps?5e-5?
 unit/simulation/test_method_choice.py::test_stiff_models_take_few_steps*
 """.split()
+
+
+peak = {"collected": 0.0}  #: of the memory of this process, when garbage was last collected
+
+
+def peak_memory():
+    """The largest memory that this process has had [bytes]; 0 on systems that do not say."""
+    if resource is None:
+        return 0.0
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1.0 if sys.platform == "darwin" else 1024.0)
 
 
 def is_deep(name):
@@ -180,8 +197,15 @@ def pytest_collection_modifyitems(items):
 
 
 def pytest_collection_finish(session):
-    gc.freeze()  # among so many objects, the garbage of tests would hardly ever be collected: 3 GB a process
     gc.enable()
+
+
+def pytest_runtest_teardown():
+    """Among the objects of so many tests, Python hardly ever looks for garbage: 3 GB a process."""
+    now = peak_memory()
+    if now > peak["collected"] + 200e6:
+        gc.collect()
+        peak["collected"] = now
 
 
 @pytest.fixture
