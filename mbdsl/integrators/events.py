@@ -184,7 +184,7 @@ class SwitchEvents:
             integers[S.WATCHING] = TURNING if turning else REACTIONS if self._of_reactions else BEHIND if read else 1
             # the error estimate hardly sees a corner between two of many stages
             passed = declared(run.method).order <= CORNERED
-            integers[S.CORNERS] = sum(switch.of_force for switch in switches) if passed else 0
+            integers[S.CORNERS] = passed and all(switch.of_force for switch in switches)
             integers[S.SIGNATURE] = combined(self.system.switches(t, q, v, lam))
             if self._of_reactions:
                 integers[S.PASSED] = MOST_PASSED

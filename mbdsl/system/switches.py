@@ -73,11 +73,11 @@ class Switch:
 
 
 def find(forces: Iterable[Expr], demands: Iterable[Expr] = ()) -> list[Switch]:
-    """The switches of forces, and behind them those of prescribed positions and velocities, and of events."""
+    """The switches of forces, and of prescribed positions and velocities."""
     demands = list(demands)
     demanded = {switch.node for switch in _find(demands)}
-    found = [replace(switch, of_force=switch.node not in demanded) for switch in _find([*forces, *demands])]
-    return sorted(found, key=lambda switch: not switch.of_force)
+    found = _find([*forces, *demands])
+    return [replace(switch, of_force=switch.node not in demanded) for switch in found]
 
 
 def _find(roots: list[Expr]) -> list[Switch]:
@@ -235,14 +235,8 @@ def states(numbers, layout, S):
 @rare
 def signature(numbers, layout):
     """An integer for the states of all switches, which differs if any of them has changed."""
-    return signature_from(0, numbers, layout)
-
-
-@rare
-def signature_from(first, numbers, layout):
-    """The same of the switches from number ``first`` on."""
     found = 0
-    for k in range(first, layout[L.N_SWITCHES]):
+    for k in range(layout[L.N_SWITCHES]):
         found = (found * BASE + state(k, numbers, layout) % PRIME) % PRIME
     return found
 

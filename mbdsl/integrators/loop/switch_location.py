@@ -14,7 +14,7 @@ from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.run_data import evaluate
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.marks import rare
-from mbdsl.system.switches import signature, signature_from
+from mbdsl.system.switches import signature
 
 #: distance between the end of the repeated step and the switch, relative to that from the start of the step; ten times
 #: as much at each further attempt
@@ -77,20 +77,18 @@ def look(motion, x, h, run):
 
 @rare
 def jumps(motion, low, high, h, run):
-    """Whether a force jumps between the close parts ``low`` and ``high`` of the step, or a switch changes that is more
-    than one of forces, as of an event.
+    """Whether a force jumps between the close parts ``low`` and ``high`` of the step.
 
     The change is relative to the largest force there and at the ends of the step, in rows FORCE0 and E_V. Overwrites
     E_Q, and the rows that ``look`` writes.
     """
     vectors, layout = run.vectors, run.layout
-    n, first = layout[L.N_Q], run.integers[S.CORNERS]
+    n = layout[L.N_Q]
     look(motion, low, h, run)
-    others = signature_from(first, run.numbers, layout)
     for i in range(n):
         vectors[L.E_Q, i] = vectors[L.FORCE, i]
     look(motion, high, h, run)
-    found = signature_from(first, run.numbers, layout) != others
+    found = False
     for i in range(n):
         size = max(
             max(abs(vectors[L.FORCE, i]), abs(vectors[L.E_Q, i])),
