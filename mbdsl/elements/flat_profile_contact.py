@@ -29,7 +29,8 @@ def terms(count):
     which = range(1, count + 1)
     for i in which:
         ax, ay, bx, by, sigma, cx, cy, R = (of(i, x) for x in ("ax", "ay", "bx", "by", "sigma", "cx", "cy", "R"))
-        valid = f"le(0, {ax}*mx + {ay}*my)*lt({bx}*mx + {by}*my, 0)*lt(0, {sigma})"
+        # smooth joins are smooth to 1e-9: ranges that overlap leave no direction without a feature
+        valid = f"le(-2e-9, {ax}*mx + {ay}*my)*lt({bx}*mx + {by}*my, 2e-9)*lt(0, {sigma})"
         found[f"depth{i}"] = f"select({valid}, -(mx*{cx} + my*{cy} + {R}), {FAR})"
     found["least"] = least_of([f"depth{i}" for i in which])
     for i in which:

@@ -68,8 +68,14 @@ OF_TOLERANCE, LEAST = 1e-3, 2e-14
 LOOSEST = 1e-5  #: tolerance that counts, of runs with fixed steps too
 VANISHED = 1e-7  #: acceleration by a reaction, relative to the largest of gaps and slips, at which a contact opens
 DEPENDS = 1e-10  #: relative pivot below which a row depends on others
+ROUGHLY = 1e-9  #: change of forces from one round of an event to the next, relative to them, that is rounding
 #: speed of slip that counts as rest: this part of the size of the mechanism over the run, and of its largest velocity
 SLIP_OF_SIZE, SLIP_OF_SPEED = 1e-9, 1e-10
+
+
+def _alike(x: Array, y: Array) -> bool:
+    """Whether two arrays differ by rounding alone."""
+    return bool(np.abs(x - y).max(initial=0.0) <= ROUGHLY * np.abs(y).max(initial=0.0))
 
 
 class ContactSet:
@@ -94,8 +100,8 @@ class ContactSet:
         self.shortest, self.struck, self.eased, self.span = 0.0, False, False, 1.0
         self.shared: list[tuple[float, tuple[str, ...]]] = []
         self.read = SharedReactions(system)
-        # of the last event: time, contacts and modes, and shares and accelerations
-        self._shared: tuple[tuple, Array, Array] | None = None
+        # of the last event: time, contacts and modes; shares, accelerations, those without reactions, and their matrix
+        self._shared: tuple[tuple, Array, Array, Array, Array] | None = None
         self._before: tuple[float, Numbers] = np.nan, {}  # time of the last event, and values before it
 
     def begin(self, t: float, q: Array, span: float, tol: float | None, values: Numbers) -> None:
@@ -357,11 +363,11 @@ class ContactSet:
         self, t: float, own: Touching, laws: Contacts, P: Array, modes: contact_modes.Modes, b: Array, act: list[int]
     ) -> tuple[Array, Array]:
         """The part (r,) of the forces P that is not that of the rows ``act`` alone, and the accelerations (r,); in
-        further rounds of an event the same, which rounding would change."""
-        same = (t, own.which.tolist(), modes)
-        if self._shared is not None and self._shared[0] == same:
-            self.eased = bool(self._shared[1].any())
-            return self._shared[1:]
+        further rounds of an event the same, which rounding would change, unless a round has changed the forces."""
+        same, kept = (t, own.which.tolist(), modes), self._shared
+        if kept is not None and kept[0] == same and all(map(_alike, (b, laws.G), kept[3:])):
+            self.eased = bool(kept[1].any())
+            return kept[1:3]
         C = exerted(laws, modes, act)
         shares = P - C @ least_squares((laws.G @ C)[act], -b[act], DEPENDS)
         shares[np.abs(shares) <= VANISHED * np.abs(P).max(initial=0.0)] = 0.0
@@ -369,8 +375,8 @@ class ContactSet:
         names = tuple(self.contacts[k].name for k, n, size, mode in of if mode == STICK and shares[n : n + size].any())
         if len(names) > 1 and (not self.shared or self.shared[-1][1] != names):
             self.shared.append((t, names))
-        self._shared, self.eased = (same, shares, b + laws.G @ P), bool(shares.any())
-        return self._shared[1:]
+        self._shared, self.eased = (same, shares, w := b + laws.G @ P, b, laws.G), bool(shares.any())
+        return shares, w
 
     @staticmethod
     def _rub(

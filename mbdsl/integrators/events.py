@@ -202,6 +202,13 @@ class SwitchEvents:
         if self.set is not None:
             self.set.put(self.run)
 
+    def _pass(self, t: float) -> None:
+        """Set NEXT_EVENT behind an event at t, which may be a tick: a known time that is still to come stays known."""
+        if self.run.reals[S.KNOWN] <= t:
+            self._next(t)
+        elif self.set is not None:
+            self.set.put(self.run)
+
     @property
     def _fixed(self) -> bool:
         """Whether no tolerance controls the steps: those that end at events have one that accepts all."""
@@ -309,10 +316,7 @@ class SwitchEvents:
                 if isinstance(acted, int):
                     return acted, None
                 q, v, a, lam = acted
-        if known or reals[S.KNOWN] <= t:
-            self._next(t)
-        elif self.set is not None:
-            self.set.put(run)
+        self._pass(t)
         integers[S.SIGNATURE] = combined(system.switches(t, q, v, lam))
         integers[S.EVENTS] += 1
         self.times.append(t)
@@ -460,13 +464,13 @@ class SwitchEvents:
             return False
         try:
             acted = events.act(t + s, q, v, run.left_out, put=False)
-        except ReinitError:  # the event that follows says why
+        except (ReinitError, UnsolvedContactsError):  # the event that follows says why
             events.undo()
             return False
         if acted is not v or events.left_out(run.left_out) != tuple(sorted(run.left_out)):
             events.undo()
             return False
-        self._next(t + s)
+        self._pass(t + s)
         at_stop(run)
         run.integers[S.EVENTS] += 1
         self._change({name: x for name, x in events.values.items() if name in self.system.tables.inputs})

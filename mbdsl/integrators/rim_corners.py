@@ -24,7 +24,6 @@ from mbdsl.system.signals import values
 
 Array = NDArray[np.float64]
 
-POINTS = 5  #: contacts of a cylinder: the lowest points of both ends, and the other corners of the lower end
 CARRIES = 1e-9  #: part of the largest force that is none
 MOST, TURNED = 60, 1e-6  #: most turns of the corners at one time, and an angle [rad] that is none
 

@@ -148,3 +148,28 @@ def test_a_clock_ticks_at_thirds_and_reads_its_own_time():
     run = mbdsl.simulate(mbdsl.parse(EXACT), step=0.1, stop=20.5)
     assert run["n"][-1] == run["both"][-1] == 31
     assert run["at"][-1] == run.events[-1].t == 20.05
+
+
+LARGE = """
+model Large
+  Ground ground(g = 0 m/s2);
+  Body b(m = 1 kg, I = 1 kg.m2);
+  Prismatic rail(ground, b.c);
+  discrete Real n(start = 0), later(start = 0);
+  Force push(b.c, fx = if time > 0.723 s and time < 0.724 s or time > 0.773 s and time < 0.774 s then 1 kN else 0 N);
+initial equation
+  rail.s = 0 m; rail.v = 0 m/s;
+equation
+  when sample(0, 0.1 s) then n = {value}; end when;
+  when sample(2 s, 1 s) then later = 1/(1 - b.vx/(2 m/s)); end when;
+end Large;
+"""
+
+
+@pytest.mark.parametrize("value", ["1 + time/1 s", "1e20*(1 + time/1 s)"], ids=["small", "large"])
+@pytest.mark.parametrize("given", [{"step": 0.05}, {"tol": 1e-4}], ids=["step", "tol"])
+def test_pulses_between_the_ticks_of_large_values_are_not_passed_over(value, given):
+    """Each pulse has 1 N.s. Python does the ticks of values that are not whole numbers below 2^53; `later`, which is
+    infinite behind the pulses, is not due."""
+    run = mbdsl.simulate(mbdsl.parse(LARGE.format(value=value)), stop=1.0, **given)
+    assert run["b.vx"][-1] == pytest.approx(2.0, abs=1e-9)

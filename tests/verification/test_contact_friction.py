@@ -370,3 +370,51 @@ def test_a_table_lands_rests_is_pushed_slides_and_stops():
     rests = run.t > 0.701
     np.testing.assert_array_equal(run["b.x"][rests], run["b.x"][-1])
     assert sum(run[f"{f}.force"][-1] for f in "pqrs") == pytest.approx(2 * G)
+
+
+TURNED_LOAD = """
+model TurnedLoad
+  Ground ground(g = 10 m/s2);
+  Body b(m = 1 kg, I = 0.1 kg.m2);
+  discrete Real F(unit = "N", start = {before});
+  Force push(b.c, fx = F);
+  Contact one(gap = b.y + 0.1 m*b.phi, slip = b.vx, mu = 0.5, e = 0);
+  Contact two(gap = b.y - 0.1 m*b.phi, slip = b.vx, mu = 0.5, e = 0);
+initial equation
+  b.x = 0 m; b.y = 0 m; b.phi = 0; b.vx = 0 m/s; b.vy = 0 m/s; b.w = 0 rad/s;
+equation
+  when time > 0.5 s then F = 4 N; end when;
+end TurnedLoad;
+"""
+
+
+@pytest.mark.parametrize("before", [0, -4])
+@pytest.mark.parametrize("given", [{}, {"method": "radau5", "step": 0.01}], ids=["default", "step"])
+def test_shares_are_those_of_the_forces_behind_an_event(before, given):
+    """Two equal contacts: half of the load is each one's share, which mu N = 2.5 N can hold."""
+    run = mbdsl.simulate(mbdsl.parse(TURNED_LOAD.format(before=before)), stop=1.0, interval=0.1, **given)
+    for name in ("one.friction", "two.friction"):
+        assert run[name][[3, -1]] == pytest.approx([0.5 * before, 2.0], abs=1e-9)
+
+
+def test_a_contact_slides_in_the_direction_of_the_force_behind_an_event():
+    """A `when` turns the force of 10 N; friction is 3 N."""
+    run = mbdsl.simulate(
+        mbdsl.parse("""
+spatial model TurnedForce
+  Ground ground(g = 10 m/s2);
+  PointMass b(m = 1 kg);
+  discrete Real F(unit = "N", start = 10), H(unit = "N", start = 0);
+  Force push(b.c, fx = F, fz = H);
+  PointContact c(ground, b.c, n = {0, 1, 0}, mu = 0.3, e = 0);
+initial equation
+  b.x = 0 m; b.y = 0 m; b.z = 0 m; b.vx = 0 m/s; b.vy = 0 m/s; b.vz = 0 m/s;
+equation
+  when initial() then F = 0; H = 10; end when;
+end TurnedForce;
+"""),
+        step=1e-3,
+        stop=0.1,
+    )
+    assert abs(run["b.vx"][-1]) < 1e-12
+    assert run["b.vz"][-1] == pytest.approx(0.7, rel=1e-9)

@@ -443,3 +443,28 @@ def test_a_ball_comes_to_rest_in_a_notch(points, options, close):
     assert found["c.active"][-1] == 2.0
     assert sorted(x for i in (1, 2) if (x := found[f"c.force_{i}"][-1]))[-1] == pytest.approx(G / np.sqrt(2), rel=1e-6)
     assert found["c.force"][-1] == pytest.approx(G * np.sqrt(2), rel=1e-6)
+
+
+@pytest.mark.parametrize("turn", [1, 6])
+def test_a_flat_face_along_a_straight_side_touches_it(turn):
+    """Sides of a stadium of width 20 mm, whose smooth joins have rounding: no direction lies between two pieces."""
+    al = np.radians(turn)
+    R = np.array([[np.cos(al), -np.sin(al)], [np.sin(al), np.cos(al)]])
+    points = [(R @ p).tolist() for p in ((-0.02, -0.01), (0.02, -0.01), (0.02, 0.01), (-0.02, 0.01))]
+    pairs = ", ".join(f"{{{x!r}, {y!r}}}" for x, y in points)
+    for off in np.arange(-4, 2) * 1.6e-16:
+        run = mbdsl.simulate(
+            mbdsl.parse(f"""
+model Face
+  Ground ground(g = 0 m/s2);
+  Body b(m = 1 kg, I = 1e-3 kg.m2);
+  ProfileContact c(ground, b.c, points = {{{pairs}}} m, arcs = {{0, 0.01, 0, 0.01}} m, flat = true, e = 0);
+initial equation
+  b.x = {-0.02 * np.sin(al):.17g} m; b.y = {0.02 * np.cos(al):.17g} m; b.phi = {al + off:.17g};
+  b.vx = 0 m/s; b.vy = 0 m/s; b.w = 0 rad/s;
+end Face;
+"""),
+            step=1e-3,
+            stop=1e-3,
+        )
+        assert run["c.gap"][0] == pytest.approx(0.01, abs=1e-9)

@@ -43,14 +43,37 @@ def next_tick(run):
 
 
 @rare
-def limited(run):
-    """Whether all new values are numbers that whole numbers can represent; others are errors, if they are due."""
-    numbers, layout = run.numbers, run.layout
+def due_at(t, run):
+    """The sum of 2^i over the clocks i that tick at t."""
+    o, numbers, layout, due, weight = run.layout[L.TICKS], run.numbers, run.layout, 0.0, 1.0
+    for i in range(layout[o + CLOCKS]):
+        a, b, c = layout[o + FIRST + CLOCK * i], layout[o + FIRST + CLOCK * i + 1], layout[o + FIRST + CLOCK * i + 2]
+        if (a + numbers[layout[o + PLACE] + i] * b) / c <= t:
+            due += weight
+        weight *= 2.0
+    return due
+
+
+@rare
+def ticks(due, clock):
+    """Whether this clock is in the sum ``due``."""
+    weight = 1.0
+    for _ in range(clock):
+        weight *= 2.0
+    return due - 2.0 * weight * int(due / (2.0 * weight)) >= weight
+
+
+@rare
+def limited(t, run):
+    """Whether all values that are set at t are numbers that whole numbers can represent; others may be errors."""
+    numbers, layout, due = run.numbers, run.layout, due_at(t, run)
     o = layout[L.TICKS]
     first = o + FIRST + CLOCK * layout[o + CLOCKS]
     found = True
     for j in range(layout[o + ACTIONS]):
-        found = found and abs(numbers[layout[first + ACTION * j + 1]]) <= LARGEST
+        p = first + ACTION * j
+        if ticks(due, layout[p]):
+            found = found and abs(numbers[layout[p + 1]]) <= LARGEST
     return found
 
 
@@ -59,22 +82,16 @@ def act(t, run):
     """Set the variables of the clocks that tick at t, write the log, and count the ticks; whether a value changes."""
     numbers, layout = run.numbers, run.layout
     o = layout[L.TICKS]
-    place, clocks, actions, due, changed = layout[o + PLACE], layout[o + CLOCKS], layout[o + ACTIONS], 0.0, False
-    log = place + clocks + 1 + int(numbers[place + clocks]) * (2 + actions)
-    weight = 1.0
+    place, clocks, actions, changed = layout[o + PLACE], layout[o + CLOCKS], layout[o + ACTIONS], False
+    log, due = place + clocks + 1 + int(numbers[place + clocks]) * (2 + actions), due_at(t, run)
     for i in range(clocks):
-        a, b, c = layout[o + FIRST + CLOCK * i], layout[o + FIRST + CLOCK * i + 1], layout[o + FIRST + CLOCK * i + 2]
-        if (a + numbers[place + i] * b) / c <= t:
-            due += weight
+        if ticks(due, i):
             numbers[place + i] += 1.0
-        weight *= 2.0
     first = o + FIRST + CLOCK * clocks
     for j in range(actions):
-        p, weight = first + ACTION * j, 1.0
-        for _ in range(layout[p]):
-            weight *= 2.0
+        p = first + ACTION * j
         old = numbers[layout[p + 2]]
-        if due - 2.0 * weight * int(due / (2.0 * weight)) >= weight:
+        if ticks(due, layout[p]):
             numbers[layout[p + 2]] = numbers[layout[p + 1]]
             changed = changed or numbers[layout[p + 2]] != old
             if layout[p + 3] >= 0:
@@ -107,7 +124,7 @@ def tick(run):
     for i in range(n):
         vectors[L.E_V, i] = vectors[L.FORCE, i]
     inertia(L.ACT, 0, 0, run)
-    if not limited(run):
+    if not limited(t, run):
         return False
     changed, k = act(t, run), run.matrices.shape[0] - 1
     if changed:
