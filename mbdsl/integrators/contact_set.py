@@ -263,7 +263,7 @@ class ContactSet:
         if self.corners.turned(which, P[N], values):
             return self._struck(t, q, v, which, others, values)
         for k, impulse in enumerate(P[N]):
-            if impulse * laws.G[N[k], N[k]] > slow:  # less is rounding of a body that rests there
+            if impulse * laws.G[N[k], N[k]] > slow:  # less is a rounding error of a body at rest
                 name = self.contacts[which[k]].name
                 values[number(name, COUNT)] += 1.0
                 values[number(name, IMPULSE)] = float(impulse)
@@ -356,8 +356,8 @@ class ContactSet:
     def _shares(
         self, t: float, own: Touching, laws: Contacts, P: Array, modes: contact_modes.Modes, b: Array, act: list[int]
     ) -> tuple[Array, Array]:
-        """The part (r,) of the forces P that is not that of the rows ``act`` alone, and the accelerations (r,); in
-        further rounds of an event the same, which rounding would change."""
+        """The part (r,) of the forces P that the rows ``act`` alone do not determine, and the accelerations (r,). They
+        stay the same in further rounds of an event, where rounding would change them."""
         same = (t, own.which.tolist(), modes)
         if self._shared is not None and self._shared[0] == same:
             self.eased = bool(self._shared[1].any())

@@ -22,7 +22,7 @@ from mbdsl.system.switches import signature
 #: numbers of a row of history in ``coefficients``: row, c_a, e_a, c_f, c_l
 WEIGHTS = 5
 NEVER = 1e300
-LARGEST = 2.0**53  #: value of a variable above which Python sets it, and says what is wrong
+LARGEST = 2.0**53  #: ticks that set larger values are left to Python, which reports errors
 
 
 @kernel
@@ -44,7 +44,7 @@ def next_tick(run):
 
 @rare
 def limited(run):
-    """Whether all new values are numbers that whole numbers can represent; others are errors, if they are due."""
+    """Whether no new value is larger than LARGEST, or not a number: these are errors, if they are due."""
     numbers, layout = run.numbers, run.layout
     o = layout[L.TICKS]
     first = o + FIRST + CLOCK * layout[o + CLOCKS]
