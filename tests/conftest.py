@@ -201,7 +201,7 @@ def pytest_collection_finish(session):
 
 
 def pytest_runtest_teardown():
-    """Among the objects of so many tests, Python hardly ever looks for garbage: 3 GB a process."""
+    """With the objects of so many tests, Python rarely collects garbage, and a process would grow to 3 GB."""
     now = peak_memory()
     if now > peak["collected"] + 200e6:
         gc.collect()

@@ -9,7 +9,7 @@ with the axis a of the cylinder, w = n . a, and the direction of the lowest poin
 
     m = p/|p|,   p = ((1 - b) q . c + b s) q + d^2 c,   q = w a - n,   s = |q|,   b = s^4/(s^4 + 0.2^4),   d = 1e-6
 
-which is q/s, but for two things. An upright cylinder has no lowest point: there m has the direction c (``corner``) in
+which is q/s with two exceptions. An upright cylinder has no lowest point: there m has the direction c (``corner``) in
 the cylinder, which an event has set (:mod:`mbdsl.integrators.rim_corners`). This makes the gap too large by d times the
 radius at most. And where a cylinder that rocks passes the upright position, the lowest point jumps to the other side: m
 does not follow, so that the point that strikes is another one. The factor of the three points, which moves them to the

@@ -24,7 +24,7 @@ POINT = Point(
 
 
 def terms(count):
-    """n in frame_a, and the constants of the feature that is farthest along it, by its depth behind the origin."""
+    """n in frame_a, and the constants of the feature that is farthest along n: that with the least depth."""
     found = {"mx": f"{C}*{N[0]} + {S}*{N[1]}", "my": f"{C}*{N[1]} - {S}*{N[0]}"}
     which = range(1, count + 1)
     for i in which:

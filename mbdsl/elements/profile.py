@@ -128,8 +128,8 @@ def features(
 ) -> tuple[list[Feature], tuple[int, ...]]:
     """The features of a closed profile, and the lengths of its chains, which come first.
 
-    A chain is what a circle of a ``radius`` [m] rolls along without touching another piece: chains end at hollow
-    corners and at hollow arcs that are smaller than the circle. Fewer than two are none.
+    A circle of a ``radius`` [m] rolls along a chain without touching another piece: chains end at concave corners and
+    at concave arcs that are smaller than the circle. If there is only one, there are no chains: ().
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ def features(
 def _chained(in_order: list[Feature], radius: float) -> tuple[list[Feature], tuple[int, ...]]:
     """The features with those of chains first, and the lengths of the chains.
 
-    The chain of a polygon with a single hollow corner ends in the middle, too: both its ends touch in the corner.
+    The chain of a polygon with a single concave corner is cut in its middle: in the corner both its ends touch.
     """
     ends = [i for i, x in enumerate(in_order) if x.sigma < 0.0 and radius >= x.R]
     if not ends:

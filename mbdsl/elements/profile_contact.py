@@ -3,9 +3,9 @@ plane.
 
 The features of the profile and the distances s_i of a point from them are those of profile.py. The circle touches at
 its nearest feature, the one with the least |s_i| of those that are valid, and at the nearest of the others that it is
-outside of, as in a corner or between the walls of a slot: at two points at most. A rigid contact with hollow corners is
-one with each of the chains between them, which stays the same while the circle moves. The number of the features is a
-part of the kind (``of_count``), and so are the lengths of the chains; their constants are data. The constants of a
+outside of, as in a corner or between the walls of a slot: at two points at most. With concave corners, a rigid contact
+has a point for each of the chains between them, which remains the same while the circle moves. The number of features
+is a part of the kind (``of_count``), and so are the lengths of the chains; their constants are data. The constants of a
 feature that touches are sums over all features, of which one counts: its gap, its normal and their derivatives cost the
 same for all profiles.
 """
@@ -20,7 +20,7 @@ from mbdsl.elements.declaration import RIGID, Parameter
 FIELDS = profile.Feature._fields
 MOST = 200  #: features
 FAR = "1e9"  #: [m], from features that do not count
-PART = "0.001"  #: of the size, by which pieces go on behind hollow corners
+PART = "0.001"  #: of the size, by which pieces extend beyond concave corners
 X = "(frame_b.x - frame_a.x)", "(frame_b.y - frame_a.y)"
 C, S = "cos(frame_a.phi)", "sin(frame_a.phi)"
 PARAMETERS = (
@@ -36,7 +36,7 @@ PARAMETERS = (
     Parameter("smooth", "", False, "whether the profile is a smooth curve through the points"),
     Parameter("hole", "", False, "whether the solid is outside of the profile"),
     Parameter("radius", "m", 0.0, "radius about frame_b", minimum=0.0),
-    Parameter("flat", "", False, "whether frame_b has a flat face, its x axis, with its body on the side of y"),
+    Parameter("flat", "", False, "whether the x axis of frame_b is a flat face, with the body on the side of y"),
 )
 
 
@@ -99,8 +99,8 @@ def nearest(m, which, key):
 
 
 def distances(which, before=(), behind=()):
-    """The distances of the centre from features; those that end ``before`` or ``behind`` them, in hollow corners, are
-    longer by a part of the size."""
+    """The distances of the centre from features. Those with a concave corner at their start (``before``) or end
+    (``behind``) extend beyond it by a part of the size."""
     found = {"px": f"{C}*{X[0]} + {S}*{X[1]}", "py": f"{C}*{X[1]} - {S}*{X[0]}"}
     for i in which:
         ax, ay, alpha, bx, by, beta, nx, ny, d, sigma, cx, cy, R = (of(i, field) for field in FIELDS)

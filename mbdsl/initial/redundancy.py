@@ -55,17 +55,17 @@ def repeated(system: System, t: float, q: Array, v: Array, redundant: Sequence[i
 
 
 def _alone(system: System, joint: str) -> str:
-    """Why a joint has a redundant row of its own."""
+    """Why a row of a joint is redundant without other joints."""
     scene = system.scene
     ends = [scene.components[scene.frames[x].body] for x in scene.components[joint].ports.values()]
     points = [c.name for c in ends if is_point(c.kind)]
-    return (
-        f"need not keep the attitude of {points[-1]}, a point mass" if points else "has rows that depend on each other"
-    )
+    if points:
+        return f"constrains the attitude of {points[-1]}, a point mass, which has none"
+    return "has rows that depend on each other"
 
 
 def of_attitudes(system: System, t: float, q: Array, v: Array, redundant: Sequence[int]) -> list[str]:
-    """Names of the redundant rows that always hold, since they are about the attitude of a point mass."""
+    """Names of the redundant rows that are always satisfied: they constrain the attitude of a point mass."""
     J = system.velocity_jacobian(t, q, v) if redundant else None
     names = system.constraint_names()
     return [names[k] for k in redundant if isinstance(J, np.ndarray) and not J[k].any()]

@@ -21,10 +21,10 @@ def unsolvable(what: str, contacts: Sequence[Contact], when: str, drivers: Seque
     if not drivers:
         return UnsolvedContactsError(message, contacts[0].span, hint)
     moving = ", ".join(f"`{c.name}`" for c in drivers)
-    verb = "prescribes a motion that goes" if len(drivers) == 1 else "prescribe motions that go"
-    message += f": {moving} {verb} on through the contact"
+    verb = "prescribes a motion that continues" if len(drivers) == 1 else "prescribe motions that continue"
+    message += f": {moving} {verb} through the contact"
     hint = (
-        "end this motion before the bodies touch; or push the body by a SpringDamper or a Force in place of "
+        "end this motion before the bodies touch; or push the body with a SpringDamper or a Force in place of "
         f"{drivers[0].kind.name}; or give the contact a stiffness `k`"
     )
     notes = tuple((f"{c.kind.name} `{c.name}` is here", c.span) for c in drivers[:3] if c.span is not None)

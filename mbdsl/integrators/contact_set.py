@@ -269,7 +269,7 @@ class ContactSet:
         if self.corners.turned(which, P[N], values):
             return self._struck(t, q, v, which, others, values)
         for k, impulse in enumerate(P[N]):
-            if impulse * laws.G[N[k], N[k]] > slow:  # less is rounding of a body that rests there
+            if impulse * laws.G[N[k], N[k]] > slow:  # less is a rounding error of a body at rest
                 name = self.contacts[which[k]].name
                 values[number(name, COUNT)] += 1.0
                 values[number(name, IMPULSE)] = float(impulse)

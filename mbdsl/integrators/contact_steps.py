@@ -41,9 +41,9 @@ REST = 1e-10  #: speed of a gap, relative to the fastest motion, that counts as 
 AGREED = 1e-8  #: change of the velocities by the last iteration for forces, relative to that within the step
 ROUNDING = 1e-13  #: this change relative to the velocities
 ARRIVED = 1e-12  #: last correction of positions and velocities by the constraints, relative to size and speed
-SEQUENCE = 40  #: impacts that touching bodies pass on one after another in a step, before the others at once
+SEQUENCE = 40  #: impacts that are solved one after another in a step; the others are then solved at once
 FROZEN, MOST = 8, 40  #: iterations with the same matrix; most iterations of a step
-MEAN = 1e-12  #: error of the part that one of the two forces at a jump has in their mean
+MEAN = 1e-12  #: tolerance for the weight of one of the two forces at a jump in their mean
 NOT_FINITE = "the forces have values that are not finite"
 SINGULAR = "the equations of motion are singular"
 OF_SINGULAR = "a body without mass or inertia moves freely, or the pose is singular"
@@ -82,10 +82,10 @@ class ContactSteps:
         cylinder = next((c for c in self.contacts if c.aim), None)
         if cylinder is not None:
             raise UsageError(
-                f"time stepping does not locate the events at which `{cylinder.name.rpartition('.')[0]}`, a rigid "
-                "cylinder, gets the points on which it stands",
+                f"time stepping does not support `{cylinder.name.rpartition('.')[0]}`, a rigid cylinder: the points on "
+                "which it stands are set at events, which this method does not locate",
                 cylinder.span,
-                "take another method, such as hht-si2, or give it stiffness `k`",
+                "use another method, such as hht-si2, or give it a stiffness `k`",
             )
         for c in scene.components.values():
             laws = [x for p in c.kind.parameters if p.law and isinstance(x := c.values[p.name], Expr)]
@@ -249,7 +249,7 @@ class ContactSteps:
         return error <= AGREED * self._largest(found.x[:n]) + ROUNDING * self._largest(start.v)
 
     def _own(self, start: StepStart, linear: StepEquations, found: StepSolution, sides: bool = False) -> OwnForces:
-        """The forces of the motion of a solution; ``sides``: with the switches."""
+        """The forces of the motion of a solution; with ``sides``, also the states of the switches."""
         (t, q, v, h), system, lam = start, self.system, None
         dv, rest = found.x[: system.n], found.x[system.n :]
         middle = v + self.theta * dv
@@ -274,7 +274,7 @@ class ContactSteps:
         ends: tuple[StepSolution, StepSolution],
         c: Array,
     ) -> StepSolution | None:
-        """The solution at a jump of forces, where those on each of its two sides drive the motion to the other one: a
+        """The solution at a jump of forces, where those on each side drive the motion to the other side: a weighted
         mean of both (A. F. Filippov); None if there is none. ``ends``: solutions on both sides."""
         own = [self._own(start, linear, x, True) for x in ends]
         for _ in range(FROZEN):

@@ -144,7 +144,7 @@ def _component(branch: Branch) -> str:
 
 def _of_touch(branch: Branch, times: Array, start: float, several: Collection[str]) -> tuple[Array, str]:
     """The times (k,) at which a component begins to touch, without the ``start``, at which its number is set whether it
-    touches or not; and its name, with the number of the point of one with ``several``."""
+    touches or not; and its name, with the number of the point if it is one of those with ``several`` points."""
     name = _component(branch)
     point = branch.actions[0].target.rpartition("[")[2].rstrip("]")
     return times[times != start], f"{name}.{point}" if name in several else name

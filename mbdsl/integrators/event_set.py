@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 ROUNDS = 100  #: most rounds of one event
-WHOLE = 2.0**53  #: largest whole number up to which all are exact
+WHOLE = 2.0**53  #: up to this number, all whole numbers are exact
 MOST_TICKS = 1e8  #: most ticks of a clock in a run, which take hours
 
 
@@ -113,7 +113,7 @@ class EventSet:
         self.endless: list[Branch] = []
         self.failed: Action | None = None
         self._over = False  #: whether the event at the end has acted
-        self._tick, self._late = -np.inf, 0.0  #: the exact time of the last tick, and how far behind it events may be
+        self._tick, self._late = -np.inf, 0.0  #: the exact time of the last tick, and how late its event may be
         self._ticks = [0] * len(self.events.clocks)
 
     # -- clocks --------------------------------------------------------------------------------------------------------
@@ -203,7 +203,7 @@ class EventSet:
         return due
 
     def _exactly(self, t: float) -> float:
-        """The time of a tick that the event at time t is found shortly behind, or t."""
+        """The exact time of the last tick if the event at time t is found shortly after it, else t."""
         return self._tick if 0.0 <= t - self._tick <= self._late else t
 
     # -- one event -----------------------------------------------------------------------------------------------------

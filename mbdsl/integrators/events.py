@@ -51,13 +51,13 @@ PRECISE, CORNERED = 5, 8
 #: a run makes no progress if more than this number of events lie within this part of its length, and of the length of
 #: this number of steps without events: a relay that switches in every step of a long run makes progress
 CROWD, STANDSTILL, STEPS = 10, 1e-5, 100.0
-#: nor with this number within this part: it would take hours. Nor does it if this number lies within this part of the
-#: time so far, and the rest of the run would have more than TOO_MANY at this rate, as of a body that bounces ever lower
+#: nor with MANY events within the part HARDLY of its length: it would take hours. Nor with MANY events within this part
+#: of the time so far if the rest would have more than TOO_MANY at this rate, as with a body that bounces ever lower
 MANY, HARDLY, TOO_MANY = 200, 1e-4, 1e6
-#: the same number of events at times that are known in advance, as at the knots of a table of time: there is an end to
-#: them, unless a law repeats in a tiny period: at the rate of the last FEW, the rest would have TOO_MANY_KNOWN
+#: the same number of events at times that are known in advance, as at the knots of a table of time. They come to an
+#: end, unless a law repeats with a tiny period: the rest would have TOO_MANY_KNOWN at the rate of the last FEW
 MANY_KNOWN, FEW, TOO_MANY_KNOWN = 10_000, 40, 1e9
-#: operations that repeat
+#: operations whose value may change without end
 REPEATING = ("mod", "floor", "ceil", "sin", "cos", "tan")
 #: perturbation of positions and velocities, relative to the mechanism's size and the largest velocity, that may be
 #: rounding of many steps
@@ -67,13 +67,13 @@ ROUNDED = 16 * EPS
 #: largest error of the located time to a switch, relative to it; of a first search on the way that is then refined; and
 #: the part of it by which a refined way may change it
 LOCATED, ROUGH, AROUND = 1e-9, 1e-5, 1e-4
-#: cuts at one time by reactions behind which controlled steps do not become shorter
+#: number of cuts at one time by reactions after which controlled steps do not become shorter
 AGAIN = 3
 #: message and remedy of a run without progress
 SLIDING = "a condition changes back and forth without end: on both sides of it, forces drive the motion back"
 SLIDING_HINT = (
     "make the force continuous, for example by tanh(v/v_s) in place of sign(v); "
-    "if it is continuous, or if rounding alone decides the condition, leave the event out: noEvent(abs(x)) for abs(x)"
+    "if it is continuous, or if only rounding errors decide the condition, suppress events: noEvent(abs(x)) for abs(x)"
 )
 #: the same if the condition depends on a reaction
 #: time, relative to the run, in which a reaction is searched that becomes zero where steps have become too short
@@ -81,7 +81,7 @@ SHORT = 1e-6
 #: the same, in which an event that acts is searched behind a step that was cut short
 TINY = 1e-9
 OF_TIME = "a condition on time changes so often that the run would not end"
-OF_TIME_HINT = "take a longer period, or a stop time of few periods"
+OF_TIME_HINT = "use a longer period, or a stop time of a few periods"
 BY_ERROR = "a condition on a reaction changes back and forth without end: the error of the reaction decides it"
 BY_ERROR_HINT = (
     "reactions of dop853 follow from the motion, without an error of the step: try --method dop853; "
@@ -267,7 +267,7 @@ class SwitchEvents:
         run, reals, integers, system = self.run, self.run.reals, self.run.integers, self.system
         t, (q, v, lam), least = run.time, run.state(), reals[S.LEAST_H]
         known, cut = t >= reals[S.NEXT_EVENT], int(integers[S.CUT])
-        # the switch is so close that no step was possible, or none that its own reactions do not cut again
+        # the switch is so close that no step was possible, or that the reactions of every step cut it again
         again = 1 if self._fixed else AGAIN
         at_once = not known and (not cut or self._cut[-again:] == again * [t])
         h, integers[S.CUT] = reals[S.STEP_SIZE] if known else reals[S.UNCUT], 0
@@ -365,7 +365,7 @@ class SwitchEvents:
         refines = run.grid or declared(run.method).order > PRECISE
         rough = ROUGH if refines and self.set is not None else LOCATED
         found = self._distance(t, way, lam, old, most, part=rough)
-        if found is None and at_once and run.grid:  # accelerations vanish, as of bodies that do not press yet
+        if found is None and at_once and run.grid:  # accelerations vanish, as those of bodies that do not yet press
             most = max(most, run.reals[S.UNCUT])
             found = self._distance(t, self._refined(t, q, v, a, most), lam, old, most, part=rough)
         if found is None and not at_once:
@@ -376,7 +376,7 @@ class SwitchEvents:
             way = self._refined(t, q, v, a, found)
             near = found if rough > LOCATED else 0.0
             found = self._distance(t, way, lam, old, most, near) or found
-        # behind an event, and less than the rounding of times away, a condition may be left on its former side
+        # within the rounding error of times after an event, a condition may remain on its former side
         return max(found, 2 * least) if at_once and self.set is not None else found, way
 
     def _missed(self, t: float, way: Way, lam: Array) -> float:

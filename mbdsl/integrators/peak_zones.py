@@ -87,7 +87,7 @@ class Landings:
             FEW,
         )  #: steps that the next searches take together, which may double; those of the next one
         self._tries, self._from = 0, -np.inf
-        self.unresolved: Expr | None = None  #: the law or condition of which steps, however short, may hide a peak
+        self.unresolved: Expr | None = None  #: the law or condition in which every step, however short, may hide a peak
         #: number of steps that come before zones that were found, and these zones
         self._due = NOTHING
 

@@ -1,11 +1,11 @@
 """Rigid cylinders that stand on a plane: where the corners of their lower end are.
 
 A standing cylinder touches the plane at four points of its rim, its corners (:mod:`mbdsl.elements.cylinder_rims`), but
-it leans over where the load leaves the circle, not the square. With the load outside of the square, one corner or two
-neighbours carry all of it. Then the first corner moves to the load, to the centre of the forces that would hold all
+it tips where the load leaves the circle, not the square of corners. With the load outside of the square, one corner or
+two neighbours carry all of it. Then the first corner moves to the load, to the centre of the forces that would hold all
 corners, and the forces are computed again: a load within the circle is carried, and one outside of it turns the
 cylinder about the point of the rim that is nearest to it. Impulses are treated in the same way, with the centre of
-those of the two corners. Of a cylinder that leans, the first corner is the lowest point.
+the impulses of the two corners. The first corner of a cylinder that leans is its lowest point.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from mbdsl.system.signals import values
 
 Array = NDArray[np.float64]
 
-CARRIES = 1e-9  #: part of the largest force that is none
-MOST, TURNED = 60, 1e-6  #: most turns of the corners at one time, and an angle [rad] that is none
+CARRIES = 1e-9  #: part of the largest force that counts as zero
+MOST, TURNED = 60, 1e-6  #: most turns of the corners at one time, and an angle [rad] that counts as zero
 
 
 class Rim(NamedTuple):
@@ -44,7 +44,7 @@ class RimCorners:
         self._aims = [x for rim in self.rims for x in system.scene.contacts[rim.first].aim]
 
     def lean(self, t: float, q: Array, v: Array, numbers: dict[str, float]) -> None:
-        """At the begin of an event: the first corners of cylinders that lean are their lowest points."""
+        """At the start of an event, set the first corners of cylinders that lean to their lowest points."""
         self.turns = 0
         if not self.rims:
             return
@@ -61,7 +61,7 @@ class RimCorners:
         forces: tuple[Contacts, Array] | None = None,
     ) -> bool:
         """Whether corners of standing cylinders have moved, by the forces or impulses P (k,) of the contacts
-        ``which``. Of forces, with the accelerations (r,) without them, the place of the load is known."""
+        ``which``. ``forces``, the problem and the accelerations (r,) without forces, give the place of the load."""
         moved = False
         for rim in self.rims if self.turns < MOST else ():
             on = dict(zip((which - rim.first).tolist(), P.tolist(), strict=True))
@@ -92,7 +92,7 @@ class RimCorners:
 
 
 def _held(contacts: Contacts, b: Array) -> Array:
-    """The normal forces (k,) with which no contact that touches or sticks has an acceleration, pulling too."""
+    """The normal forces (k,), pulling ones too, with which contacts that touch or stick have no accelerations."""
     modes = tuple(STICK if STICK in x else x[-1] for x in map(contacts.choices, range(len(contacts.sizes))))
     rows = contacts.held(modes)
     C = exerted(contacts, modes, rows)

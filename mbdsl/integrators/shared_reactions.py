@@ -1,8 +1,8 @@
 """Laws and conditions that read reactions which rigid contacts at rest share, so that they are not unique.
 
-With a row for the generalised force F_i of each constraint and each contact that is closed, friction of those that
-slide included, the reactions lam + Z y have the same forces for F^T Z = 0. What reads lam is not unique if it changes
-with y.
+F has a row with the generalised force of each constraint and each closed contact, which contains the friction of those
+that slide. With F^T Z = 0, the reactions lam + Z y have the same generalised forces for all y. What reads lam is not
+unique if it changes with y.
 """
 
 from __future__ import annotations

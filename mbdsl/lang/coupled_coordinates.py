@@ -38,8 +38,8 @@ def check_law(name: str, law: Expr, kind: Kind, owner: str) -> None:
         hint = "it takes a coordinate of a joint or body, such as `pin.phi`, `slide.s` or `rod.b.x`"
         raise ModelError(f"{what} is constant, expected a coordinate that varies", hint=hint)
     if getattr(kind, "unilateral", False) and _never_negative(law):
-        hint = "it is negative where the bodies overlap: `b.x` in place of `abs(b.x)`, `hypot(x, y) - r`"
-        raise ModelError(f"{what} is not negative at any position, so that it would never close", hint=hint)
+        hint = "a gap is negative where the bodies overlap: write `b.x` for `abs(b.x)`, or `hypot(x, y) - r`"
+        raise ModelError(f"{what} is not negative at any position, so the contact would never close", hint=hint)
 
 
 def _never_negative(law: Expr) -> bool:

@@ -130,7 +130,7 @@ class EventsOfModel:
         return values.boolean(symbolic.call("and", symbolic.expr(value.value), differs))  # type: ignore[arg-type]
 
     def _past(self, value: Quantity, scope: Scope) -> Quantity | None:
-        """The value before an event of what events alone change: discrete variables, and numbers of contacts such as
+        """The value before an event of what only events change: discrete variables, and numbers of contacts, such as
         that of their impacts."""
         read = symbolic.leaves(value.value) if isinstance(value.value, Expr) else []
         parts = scope.namespace.assembly.parts
@@ -389,7 +389,7 @@ def _text(e: s.Expression) -> str:
 
 
 def _seconds(e: s.Expression, scope: Scope) -> Fraction:
-    """A time that is known before the start, as the exact fraction that its decimals say, or as 1/3 if it is one."""
+    """A time that is known before the start, as an exact fraction: a simple one such as 1/3, or its decimals."""
     with placed(e.at):
         value = argument_checks.fit(evaluate(e, scope), units.dimension("s"), "sample()", "s", e)
         number = argument_checks.number(value, "sample()")  # type: ignore[arg-type]

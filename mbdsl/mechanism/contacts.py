@@ -26,7 +26,7 @@ OPEN, CLOSED, DEPENDENT = 0.0, 1.0, 2.0
 FRICTION = "ContactFriction"  #: kind of the force that is the friction of a contact
 #: part of the largest friction by which a contact that sticks exceeds it before it slides: more than rounding
 MARGIN = 1e-8
-LEANS = 0.01  #: inclination from which on a cylinder that stands on a plane leans
+LEANS = 0.01  #: inclination above which a standing cylinder counts as leaning
 
 
 def number(contact: str, what: str) -> str:
@@ -67,7 +67,7 @@ class Contact(NamedTuple):
 
     @property
     def corner(self) -> tuple[str, ...]:
-        """The numbers of the direction of a corner of the cylinder of which it is the first point."""
+        """If it is the first point of a cylinder: the names of the numbers that give the direction of its corner."""
         return tuple(f"{self.name.rpartition('.')[0]}.corner[{k + 1}]" for k in range(len(self.aim)))
 
     @property

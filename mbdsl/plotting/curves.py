@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 WEAK = 1e-3  #: frequencies above the last one with this part of the largest amplitude are left out
-HELD = 0.25  #: part of the values of a flag or counter that are equal to those before
+HELD = 0.25  #: least part of the values of a flag or counter that are equal to those before
 COLUMN_NOTE = "of each column of pixels the first, least, largest and last value are drawn."
 CELL_NOTE = "each segment between cells of a fine grid is drawn once."
 

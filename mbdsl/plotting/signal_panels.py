@@ -170,7 +170,7 @@ def _lines(figure: Figure, times: Mapping[str, Sequence[float]]) -> Iterator[Ser
 
 def _levels(curves: Sequence[SignalCurve], units: Mapping[str, str]) -> dict[str, int]:
     """The panels of angles by their ranges, from 0: beside one that turns many times, others would be flat lines; and
-    those of flags and counters, which are beside values without a unit."""
+    those of flags and counters, which are separate from other values without a unit."""
     ranges: dict[str, float] = {}
     flags = {curve.name: 1 for curve in curves if not units[curve.name] and not curve.frequency and is_held(curve.y)}
     for curve in curves:

@@ -252,9 +252,7 @@ def _cause(integration: MethodRun, status: int, t: float, hint: str) -> tuple[st
         message += f"; {more}"
     elif status == S.TOO_SMALL and where:
         message += f"; {where} changes within every step, however short"
-        hint = (
-            "if its values are rounding errors, fixed steps (--step) do not resolve them; else try a larger tolerance"
-        )
+        hint = "if only rounding errors make it change, use fixed steps (--step); otherwise try a larger tolerance"
     elif broken is not None:
         message += f"; {broken.message}"
     elif where:

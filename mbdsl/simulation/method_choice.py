@@ -78,7 +78,7 @@ class CalibratedMethod:
 
     @property
     def expected(self) -> float:
-        """The least cost of all runs, as far as the runs so far show it; none if no other method does better."""
+        """The least cost of all runs, as far as the runs so far show it; 0 if no other method does better."""
         if self.ladder.trials and self.ladder.acts_without_end(self.best):
             return 0.0
         return (self.spent or self.start) + max(self._to_come(), MARGIN * self.ended)

@@ -350,8 +350,8 @@ def _approach(number: int, t: float, side: float, d: float, curvature: float, er
 
 
 def _far(h: Array, y: Array, rate: Array, before: Array, near: Array) -> NDArray[np.bool_]:
-    """Whether arguments y (k, N) with these rates, that were ``before`` (k,), stay on one side of zero and further away
-    than ``near`` (k,): so do the cubics within the steps if their control points do."""
+    """Whether arguments y (k, N) with these rates, that were ``before`` (k,), stay on one side of zero, farther away
+    than ``near`` (k,): the cubics within the steps do so if their control points do."""
     slope = h * rate[:, :-1] / 3.0, h * rate[:, 1:] / 3.0
     points = np.concatenate([y, y[:, :-1] + slope[0], y[:, 1:] - slope[1]], axis=1)
     above, below = points.min(axis=1) > near, points.max(axis=1) < -near

@@ -1,4 +1,4 @@
-"""Drivers that move bodies into rigid contacts: laws of contacts that have no solution have one without these drivers.
+"""Drivers that move bodies into rigid contacts: the laws of the contacts have a solution only without these drivers.
 
 A driver prescribes a motion, and a contact stops every motion that would close its gap.
 """
@@ -50,12 +50,12 @@ def _found(
         return tuple(sorted({*left_out, *(row for name in names for row in own[name])}))
 
     def speeds(names: Sequence[str], at_rest: bool = False) -> Array:
-        """The rates of the gaps; while frames that are moved are ``at_rest``."""
+        """The rates of the gaps; with ``at_rest``, those with the driven frames at rest."""
         u = system.constraint_rates(t, q, v)[rows]
         return u - system.constraint_rates(t, q, still)[rows] if at_rest else u
 
     def begins(names: Sequence[str], at_rest: bool = False) -> Array:
-        """The same of the rates of the rates, without some drivers."""
+        """The same for the second derivatives of the gaps, without some drivers."""
         a, _ = accelerations(system, t, q, v, without(names))
         b = W @ a - system.gamma_c(t, q, v)[rows]
         return b + system.gamma_c(t, q, still)[rows] if at_rest else b

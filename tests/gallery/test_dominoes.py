@@ -107,8 +107,8 @@ def test_thirty_dominoes(whole):
 
 
 def test_dominoes_that_stand_are_not_struck(gallery):
-    """A strike of one presses all contacts of those that have fallen, and nothing else: impulses of rounding on heels
-    that rest are no impacts."""
+    """Each strike is an impact of all contacts of those that have fallen, and of nothing else: impulses on heels at
+    rest are rounding errors."""
     n = 6
     run = mbdsl.simulate(gallery("dominoes", {"n": n}), step=1e-3)
     struck = [event.name for event in run.events if event.kind == "impact"]

@@ -37,8 +37,8 @@ def lag(stop):
     [("hht-si2", {"tol": 1e-4}, 1e-4), ("radau5", {"tol": 1e-4}, 1e-6), ("hht-si2", {"step": 0.01}, 1e-3)],
 )
 def test_events_of_a_driven_angle(method, given, within):
-    """Its rounding does not repeat an event without end; and where events cut all steps, the error is what is stated:
-    two runs with the same steps do not show it."""
+    """Rounding errors of the angle do not repeat an event without end. The stated error is true although events cut all
+    steps, so that two runs have the same steps."""
     run = mbdsl.simulate(mbdsl.parse(MODEL), stop=3, interval=0.1, method=method, **given)
     u, rate = lag(3.0)
     assert run["other.phi"][-1] - 18.9 == pytest.approx(u, abs=within)

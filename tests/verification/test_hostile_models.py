@@ -139,7 +139,7 @@ def test_what_is_terminal_acts_behind_terminate():
 
 
 def test_places_in_one_line_share_its_text():
-    """A line of a megabyte with a place at each of its words would take the square of its length."""
+    """If each place kept its line, the memory for a line of many words would grow with the square of its length."""
     source = Source("m.mbd", "model M end M;" * 100)
     assert source.span(0, 5).text is source.span(700, 705).text
 
@@ -160,7 +160,7 @@ end Share;"""
 
 
 def test_laws_that_read_shared_reactions_have_a_warning():
-    """left + 2 right = 10 N is all that the equations say."""
+    """The equations only determine left + 2 right = 10 N."""
     together = "(left.force + 2*right.force)"
     cases = {
         ("left.force", f"{together} > 20 N"): ["Force `f`"],

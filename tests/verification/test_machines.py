@@ -163,8 +163,8 @@ def test_valve_train():
 @pytest.mark.parametrize("method", [*METHODS, "radau13"])
 @pytest.mark.parametrize("step", [0.25e-3, 1e-3])
 def test_valve_train_with_long_steps(method, step):
-    """A step turns the cam by 6 and by 24 degrees. Until it lifts off, the valve moves as the cam says: the event is
-    where the reaction of the motion is zero, whatever the reaction of a step is."""
+    """A step turns the cam by 6 and by 24 degrees. Until it lifts off, the valve follows the cam: the event is
+    where the reaction of the motion is zero, not that of a step."""
     run = mbdsl.simulate(MACHINES / "valve_train.mbd", stop=4.4e-3, step=step, method=method)
     assert run.events[0].kind == "lift-off"
     assert 4000 * 6 * run.events[0].t - 60 == pytest.approx(np.degrees(lift_off(4000)[0]), abs=0.02)

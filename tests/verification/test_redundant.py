@@ -68,7 +68,7 @@ def test_parallelogram(method):
 
 
 def test_a_point_mass_on_a_rail_is_no_redundant_joint():
-    """Its slider has a row about an attitude that a point mass does not have; no load is shared: nothing is said."""
+    """Its slider constrains an attitude that a point mass does not have; no load is shared, and there is no message."""
     text = "model M Ground g; PointMass p(m = 1 kg); Prismatic rail(g, p); initial equation rail.v = 2 m/s; end M;"
     said = []
     trajectory = mbdsl.simulate(mbdsl.parse(text), stop=1.0, step=0.1, announce=said.append)

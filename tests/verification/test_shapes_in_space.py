@@ -1,6 +1,6 @@
 """Solids on planes, and balls on solids, in space: rigid contacts with friction against closed forms.
 
-A rigid cylinder touches by the lowest points of its rims; upright it stands on corners that move to where its load is.
+A rigid cylinder touches by the lowest points of its rims; upright it stands on corners that move towards its load.
 """
 
 from math import atan, cos, sin
@@ -109,7 +109,7 @@ def test_a_tilted_cylinder_strikes_with_its_rim(mu):
 @pytest.mark.parametrize("azimuth", [0.0, 0.4])
 @pytest.mark.parametrize("steep", [0.98, 1.02])
 def test_an_upright_cylinder_tips_where_its_weight_leaves_the_circle(steep, azimuth):
-    """At tan(slope) = r/(h/2), whatever the direction of the slope; it turns about a point of the rim then."""
+    """At tan(slope) = r/(h/2), for all directions of the slope; then it turns about a point of the rim."""
     slope = atan(steep * R / (L / 2))
     contact = cylinder("0, 0, 1", 0.0, 0.9)
     found = mbdsl.simulate(model(contact, f"b.z = {L / 2} m;", UPRIGHT, slope, azimuth, stop=0.6), **FIXED)
@@ -127,8 +127,8 @@ def test_an_upright_cylinder_tips_where_its_weight_leaves_the_circle(steep, azim
 
 
 def test_a_cylinder_rocks():
-    """At the upright position the other side of the rim strikes. Of the angular velocity (J - 2 m r^2)/J remain, J
-    about a point of the rim (G. W. Housner, Bull. Seismol. Soc. Am. 53 (1963) 403-417)."""
+    """At the upright position the other side of the rim strikes. It multiplies the angular velocity by (J - 2 m r^2)/J,
+    with J about a point of the rim (G. W. Housner, Bull. Seismol. Soc. Am. 53 (1963) 403-417)."""
     th = 0.2
     height = L / 2 * cos(th) + R * sin(th)
     start = f"b.z = {height} m; b.phi_x = 0; b.phi_y = {th}; b.phi_z = 0.3;"
@@ -158,5 +158,5 @@ def test_a_cylinder_from_python_and_by_choice_of_contacts():
 
 def test_time_stepping_refuses_cylinders():
     scene = model(cylinder("0, 0, 1"), f"b.z = {L / 2} m;", UPRIGHT)
-    with pytest.raises(UsageError, match=r"`c`, a rigid cylinder, gets the points on which it stands"):
+    with pytest.raises(UsageError, match=r"does not support `c`, a rigid cylinder: the points"):
         mbdsl.simulate(scene, method="moreau-jean", step=1e-3)

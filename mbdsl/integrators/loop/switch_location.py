@@ -33,7 +33,7 @@ MIDDLE, EARLIER = 0.5, 0.25
 #: the part of a step that is tried if it has no solution, and friction sticks
 NEARER = 0.9
 #: values of WATCHING: BEHIND if switches read reactions: the last correction of a step may change them more than a
-#: little, and switches are evaluated behind it; REACTIONS if, besides, steps across an event may have no solution or
+#: little, and switches are evaluated after it; REACTIONS if, besides, steps across an event may have no solution or
 #: reactions that lag; TURNING if, besides, joints stick that slide in several directions
 BEHIND, REACTIONS, TURNING = 2, 3, 4
 #: motion on which switches are located: extrapolated from the start of the step, or interpolated to its computed end
@@ -100,7 +100,7 @@ def jumps(motion, low, high, h, run):
 
 @rare
 def evaluate_behind(t, run):
-    """Evaluate the end of a step at time t behind its last correction; its forces stay if no switch has changed.
+    """Evaluate the end of a step at time t after its last correction; keep its forces if no switch has changed.
 
     Overwrites E_V and TEMPORARY2.
     """

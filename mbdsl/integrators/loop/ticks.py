@@ -22,7 +22,7 @@ from mbdsl.system.switches import signature
 #: numbers of a row of history in ``coefficients``: row, c_a, e_a, c_f, c_l
 WEIGHTS = 5
 NEVER = 1e300
-LARGEST = 2.0**53  #: value of a variable above which Python sets it, and says what is wrong
+LARGEST = 2.0**53  #: ticks that set larger values are left to Python, which reports errors
 
 
 @kernel

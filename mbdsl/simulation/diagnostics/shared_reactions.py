@@ -16,7 +16,7 @@ def warnings(run: ExaminedRun) -> list[str]:
         return []
     return [
         f"{x.reader.name} ({place(x.reader.span)}) reads reactions that are not unique from t = {x.t:.9g} s on: "
-        f"{few([f'`{name}`' for name in x.among], 4)} carry the same load, and the run has one of the possible shares; "
-        "give them a stiffness `k`, or read what they carry together"
+        f"{few([f'`{name}`' for name in x.among], 4)} carry the same load, and the run uses one possible share; "
+        "give the contacts a stiffness `k`, or read only the load that they carry together"
         for x in events.contacts.read.found
     ]

@@ -148,7 +148,7 @@ def test_a_pickled_run_keeps_its_events(run):
 
 
 def test_files_and_tables_have_discrete_variables(run, tmp_path):
-    """As states, but they are no motion, of which studies have errors. The page has each signal once."""
+    """As they do states; but studies have no errors of them, as of motions. The page has each signal once."""
     run.save(tmp_path / "run.csv")
     assert (tmp_path / "run.csv").read_text().splitlines()[0] == "time,ball.x,ball.y,ball.vx,ball.vy,n"
     assert [*run.to_pandas()] == run.default_names == ["ball.x", "ball.y", "ball.vx", "ball.vy", "n"]
