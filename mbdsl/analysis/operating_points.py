@@ -15,6 +15,7 @@ from mbdsl.expressions.symbolic import is_velocity_level, walk
 from mbdsl.initial.consistent import initial_position, initial_state
 from mbdsl.integrators.contact_set import OVERLAP
 from mbdsl.integrators.friction_set import FrictionSet
+from mbdsl.integrators.shared_friction import put
 from mbdsl.lang.given_values import seconds
 from mbdsl.lang.model_argument import as_scene
 from mbdsl.mechanism.scene import Scene
@@ -201,5 +202,5 @@ def _with_friction(point: OperatingPoint) -> OperatingPoint:
     friction.begin(t, 0.0, q, v, numbers)
     v = friction.act(t, q, v, point.left_out, numbers)
     left_out = friction.left_out(point.left_out, numbers)
-    friction.put(numbers, left_out)
+    put(system, numbers, left_out)
     return OperatingPoint(system, name, t, q, v, *accelerations(system, t, q, v, left_out), left_out, point.notes)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from mbdsl.expressions.symbolic import RATE, Expr, call, const, coordinate, expr, is_const, is_velocity, leaves, walk
 
@@ -42,29 +42,47 @@ PARTIALS: dict[str, Callable[..., tuple[Expr | float, ...]]] = {
 
 def diff(root: Expr, *variables: Expr) -> list[Expr]:
     """Exact partial derivatives of ``root`` with respect to each leaf in ``variables`` (forward, on the graph)."""
-    order = walk(root)
-    return [_forward(order, {variable: const(1.0)})[root] for variable in variables]
+    return [
+        _forward(order, {variable: const(1.0)}).get(root, const(0.0))
+        for variable, order in zip(variables, _dependent(walk(root), variables), strict=True)
+    ]
+
+
+def _dependent(order: list[Expr], variables: Sequence[Expr]) -> list[list[Expr]]:
+    """The nodes that depend on each of ``variables``, in their ``order``: most depend on few."""
+    own: dict[Expr, set[int]] = {}
+    for i, variable in enumerate(variables):
+        own.setdefault(variable, set()).add(i)
+    found: list[list[Expr]] = [[] for _ in variables]
+    on: dict[Expr, set[int]] = {}
+    for n in order:
+        on[n] = own.get(n, set()).union(*(on[a] for a in n.args))
+        for i in on[n]:
+            found[i].append(n)
+    return found
 
 
 def _forward(order: list[Expr], seeds: dict[Expr, Expr]) -> dict[Expr, Expr]:
-    """The derivatives of nodes, which are in an order of :func:`walk`, where those of leaves are ``seeds``."""
+    """The derivatives of nodes, which are in an order of :func:`walk`, where those of leaves are ``seeds``; they are
+    zero at nodes that are left out."""
     d: dict[Expr, Expr] = {}
     zero = const(0.0)
     for n in order:
+        by = [d.get(a, zero) for a in n.args]
         if n in seeds:
             d[n] = seeds[n]
-        elif all(is_const(d[a], 0.0) for a in n.args):
+        elif all(x is zero for x in by):  # equal nodes are one
             d[n] = zero
         elif n.op == "table":
             table, nth = n.value
-            d[n] = Expr("table", n.args, (table, nth + 1)) * d[n.args[0]]
+            d[n] = Expr("table", n.args, (table, nth + 1)) * by[0]
         elif n.op == "select":
-            d[n] = call("select", n.args[0], d[n.args[1]], d[n.args[2]])
+            d[n] = call("select", n.args[0], by[1], by[2])
         elif n.op in PARTIALS:
             total = zero
-            for a, p in zip(n.args, PARTIALS[n.op](n, *n.args), strict=True):
-                if not is_const(d[a], 0.0):
-                    total = total + expr(p) * d[a]
+            for x, p in zip(by, PARTIALS[n.op](n, *n.args), strict=True):
+                if x is not zero:
+                    total = total + expr(p) * x
             d[n] = total
         else:  # comparisons, floor, ceil, sign: piecewise constant
             d[n] = zero

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from mbdsl.errors import InitialisationError, ModelError
 from mbdsl.expressions.symbolic import Expr, walk
 from mbdsl.integrators.contact_set import ContactSet
+from mbdsl.integrators.final_slide import ContactSlides, Slides
 from mbdsl.integrators.friction_set import FrictionSet
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.run_state import RunState
@@ -88,6 +89,9 @@ class EventSet:
         self.system, self.events = system, system.scene.events
         self.friction = FrictionSet(system) if system.scene.sticking else None
         self.contacts = ContactSet(system) if system.scene.contacts else None
+        joints = [self.friction] if self.friction is not None and self.friction.turning else []
+        #: what slides in several directions
+        self.turning: list[Slides] = [*joints, *filter(None, [ContactSlides(system)])]
         self.q = np.zeros(system.n)  #: the positions behind the last event: rounding errors of gaps are removed
         self.reactions: Array | None = None  #: multipliers (m + p,), of a method that solves the contacts itself
         self.names = list(system.scene.discrete_starts)

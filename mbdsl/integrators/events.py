@@ -27,12 +27,13 @@ from mbdsl.integrators import declared
 from mbdsl.integrators.contact_errors import UnsolvedContactsError
 from mbdsl.integrators.event_set import EventSet, ReinitError
 from mbdsl.integrators.final_slide import End, final_slide
-from mbdsl.integrators.friction_set import At, UndecidedFrictionError
+from mbdsl.integrators.friction_set import UndecidedFrictionError
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.driver import MOST_PASSED
 from mbdsl.integrators.loop.step_times import at_stop
 from mbdsl.integrators.loop.switch_location import BEHIND, LEFT, REACTIONS, SHORT_OF, TURNING
 from mbdsl.integrators.run_state import RunState
+from mbdsl.integrators.shared_friction import At, put
 from mbdsl.integrators.start_values import onto_constraints
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.numerics.first_change import first_change
@@ -288,9 +289,11 @@ class SwitchEvents:
                 q, v = onto_constraints(system, t, q, v, run.left_out)
             a, lam = accelerations(system, t, q, v, run.left_out)
             located = (s, self._way(q, v, a)) if known else self._located(t, (q, v, a), lam, old, cut, at_once)
-            if located is None and at_once and run.grid and system.tables.switches_of_multipliers:
-                way = self._way(q, v, a)  # the step's own reactions change a mode, those of the motion may not
-                located = self._distance(t, way, lam, old, h) or h, way
+            if located is None and at_once and system.tables.switches_of_multipliers:
+                # the step's own reactions change a mode, those of the motion may not
+                far = h if run.grid else 0.5 * SHORT * run.span
+                way = self._refined(t, q, v, a, far)
+                located = self._distance(t, way, lam, old, far) or far, way
             if located is None:
                 return self._progress(t, old) if at_once else S.RUNNING, None
             (s, way), old_a, begun = located, a, t
@@ -350,8 +353,10 @@ class SwitchEvents:
         """The time from t to just behind the change of a switch, and the way there from q, v, a; None if it is farther
         away than steps can end before it."""
         run, least, (q, v, a) = self.run, self.run.reals[S.LEAST_H], state
-        if at_once and (end := self._end_of_slide(t, q, v)) is not None:
-            return end.s, lambda s: (end.q, end.v)
+        # where reactions of one attempt show another event, the next attempt ends before it
+        tried = at_once or cut > (0 if run.grid else 1)
+        if tried and (end := self._end_of_slide(t, q, v)) is not None and (end.stopped or at_once):
+            return end.nodes[-1][0], end.state
         most = self._left(cut) * run.reals[S.LAST_H]
         if at_once:  # reactions of shorter steps have larger errors, of rounding
             most = max(4 * least, 1.01 * run.sliver * run.grid, SHORT * run.span if self._of_reactions else 0.0)
@@ -394,13 +399,12 @@ class SwitchEvents:
         return first_change(look, low, 0.0, (values, look(0.0)[1]), self._close(LOCATED))
 
     def _end_of_slide(self, t: float, q: Array, v: Array) -> End | None:
-        """Where a joint stops that slides in several directions, if this is near."""
-        friction = self.set.friction if self.set is not None else None
-        if friction is None or self.set is None or not friction.turning:
+        """Where a joint or contact stops that slides in several directions, if this is near."""
+        if self.set is None or not (slides := self.set.turning):
             return None
         at = At(t, q, v, self.run.left_out, dict(self.set.values), [])
-        end = final_slide(friction, at, self.run.grid or self.run.reals[S.LAST_H])
-        friction.put(self.set.values, self.run.left_out)
+        end = final_slide(self.system, slides, at, self.run.grid or self.run.reals[S.LAST_H], self.run.tol)
+        put(self.system, self.set.values, self.run.left_out)
         return end
 
     def _acted(

@@ -18,13 +18,12 @@ import numpy as np
 
 from mbdsl.errors import InitialisationError
 from mbdsl.expressions.symbolic import Expr, leaves
-from mbdsl.integrators.shared_friction import At, RowsHeld, independent, share
+from mbdsl.integrators.shared_friction import At, RowsHeld, independent, motion, put, share
 from mbdsl.integrators.start_values import onto_constraints
 from mbdsl.kernels.arrays import Array
 from mbdsl.mechanism import contacts
 from mbdsl.mechanism.sticking import DRIVEN, EDGE, MARGIN, SLIDING, Sticking, number
 from mbdsl.system import System
-from mbdsl.system.accelerations import accelerations
 from mbdsl.system.paradox import paradox
 from mbdsl.system.signals import gradients, values
 
@@ -139,7 +138,7 @@ class FrictionSet:
             at.numbers[number(self.joints[k].name, SLIDING)] = 1.0
             at.numbers.update(dict.fromkeys(self.joints[k].held, 0.0))
         rows = self.left_out(at.left_out, at.numbers)
-        self.put(at.numbers, rows)
+        put(self.system, at.numbers, rows)
         near = paradox(self.system, at.t, at.q, at.v, np.ones(self.system.m + self.system.p), rows)
         return UndecidedFrictionError(
             f"friction of {names} at t = {at.t:.9g} s: neither rest nor sliding agrees with the reactions"
@@ -177,7 +176,7 @@ class FrictionSet:
         try:
             if free:
                 self._direct(at, rows, free)
-            a, lam = self.motion(at, rows)
+            a, lam = motion(self.system, at, rows)
         except InitialisationError:
             return False
         if rows_held is not None:
@@ -265,7 +264,7 @@ class FrictionSet:
         if not rows:
             return None
         without = self.left_out(at.left_out, at.numbers)
-        self.put(at.numbers, without)
+        put(self.system, at.numbers, without)
         found = independent(self.system, at, (*without, *self.gaps), rows)
         for row in rows:
             at.numbers[self.held[row]] = float(row in found.kept)
@@ -278,7 +277,7 @@ class FrictionSet:
         closed = [row for row in self.gaps if row not in rows]
         if not (closed and any(at.numbers[name] for name in self.held.values())):
             return rows
-        self.put(at.numbers, rows)
+        put(self.system, at.numbers, rows)
         return (*rows, *(set(closed) - set(independent(self.system, at, rows, closed).kept)))
 
     def _direct(self, at: At, left_out: tuple[int, ...], free: list[int]) -> None:
@@ -312,24 +311,20 @@ class FrictionSet:
 
     def _directed(self, at: At, left_out: tuple[int, ...], free: list[int]) -> list[Array]:
         """The accelerations of sliding of the joints ``free``."""
-        change = self._accelerations(at, self.motion(at, left_out)[0])
+        change = self._accelerations(at, motion(self.system, at, left_out)[0])
         return [change[k] for k in free]
 
     # -- states and numbers --------------------------------------------------------------------------------------------
 
-    def motion(self, at: At, left_out: tuple[int, ...]) -> tuple[Array, Array]:
-        """Accelerations and multipliers with the present numbers."""
-        self.put(at.numbers, left_out)
-        return accelerations(self.system, at.t, at.q, at.v, left_out)
-
-    def time_left(self, at: At) -> float:
+    def time_left(self, at: At, above: float = 0.0) -> float:
         """The time [s] in which the first of the joints that slide in several directions comes to rest, at its present
-        deceleration; points its friction against the present sliding."""
+        deceleration, if it is faster than ``above`` times rest; points its friction against the present sliding."""
         rates, slow = self._rates(at.t, at.q, at.v), self._slow(at.v)
         own = [k for k, x in enumerate(self.joints) if len(x.rates) > 1 and at.numbers[number(x.name, SLIDING)]]
         for k in own:
             self._set_sliding(self.joints[k], rates[k], at.numbers, slow)
-        change = self._accelerations(at, self.motion(at, at.left_out)[0])
+        change = self._accelerations(at, motion(self.system, at, at.left_out)[0])
+        own = [k for k in own if np.linalg.norm(rates[k]) > above * slow]
         square = [(float(rates[k] @ rates[k]), -float(rates[k] @ change[k])) for k in own]
         return min((r / braked for r, braked in square if braked > 0.0), default=np.inf)
 
@@ -339,13 +334,6 @@ class FrictionSet:
         rates = zip(self.joints, self._rates(at.t, at.q, at.v), strict=True)
         sliding = (r for x, r in rates if len(r) > 1 and at.numbers[number(x.name, SLIDING)])
         return any(float(np.linalg.norm(r)) <= slow for r in sliding)
-
-    def put(self, numbers: Numbers, left_out: tuple[int, ...]) -> None:
-        """Set rows and numbers of the System."""
-        self.system.activate(left_out)
-        for name in self.system.tables.inputs:
-            if name in numbers:
-                self.system.set_input(name, numbers[name])
 
     def _point(self, joint: Sticking, along: Array, numbers: Numbers) -> None:
         """Set the direction of sliding of a joint that slides in several directions, if the vector has one."""
@@ -366,7 +354,7 @@ class FrictionSet:
             x, rows = self.joints[k], self.rows[k]
             if x.by_coordinates:  # which count turns
                 numbers.update({**dict.fromkeys(x.kept, 0.0), **dict.fromkeys(x.held, 1.0)})
-                self.put(numbers, self.left_out((), numbers))
+                put(self.system, numbers, self.left_out((), numbers))
                 found = self.system.Phi(t, q)[rows].tolist()
                 numbers.update(dict.fromkeys(x.held, 0.0))
             else:
@@ -391,7 +379,7 @@ class FrictionSet:
         """The velocities with the joints at rest stopped; they are slow already."""
         self._hold(at, at.resting)
         rows = self._left_out(at)
-        self.put(at.numbers, rows)
+        put(self.system, at.numbers, rows)
         return onto_constraints(self.system, at.t, at.q, at.v, rows)[1]
 
     def _accelerations(self, at: At, a: Array) -> list[Array]:

@@ -8,7 +8,7 @@ satisfy this, a linear program looks for others (:mod:`mbdsl.numerics.friction_s
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +18,7 @@ from mbdsl.mechanism.sticking import Sticking
 from mbdsl.numerics.friction_shares import FrictionLimits, largest_reserve
 from mbdsl.numerics.saddle_point import dense
 from mbdsl.system import System
+from mbdsl.system.accelerations import accelerations
 from mbdsl.system.signals import values
 
 Joints = Sequence[tuple[Sticking, list[int]]]  #: joints and the rows that hold them
@@ -34,6 +35,20 @@ class At(NamedTuple):
     left_out: tuple[int, ...]
     numbers: dict[str, float]
     resting: list[int]
+
+
+def put(system: System, numbers: Mapping[str, float], left_out: tuple[int, ...]) -> None:
+    """Set rows and numbers of ``system``."""
+    system.activate(left_out)
+    for name in system.tables.inputs:
+        if name in numbers:
+            system.set_input(name, numbers[name])
+
+
+def motion(system: System, at: At, left_out: tuple[int, ...]) -> tuple[Array, Array]:
+    """Accelerations and multipliers with the numbers of ``at``."""
+    put(system, at.numbers, left_out)
+    return accelerations(system, at.t, at.q, at.v, left_out)
 
 
 class RowsHeld(NamedTuple):

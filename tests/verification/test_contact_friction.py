@@ -418,3 +418,43 @@ end TurnedForce;
     )
     assert abs(run["b.vx"][-1]) < 1e-12
     assert run["b.vz"][-1] == pytest.approx(0.7, rel=1e-9)
+
+
+ROD = """
+spatial model Rod
+  Ground ground;
+  Body rod(m = 4 kg, I = {0.01, 0.03, 0.03} kg.m2, frames(a = {-0.15, 0, 0} m, b = {0.15, 0, 0} m));
+  FreeMotion free(ground, rod.c);
+  PointContact A(ground, rod.a, n = {0, 1, 0}, e = 0, mu = 0.4), B(ground, rod.b, n = {0, 1, 0}, e = 0, mu = 0.4);
+initial equation
+  rod.x = 0 m; rod.y = 0 m; rod.z = 0 m; rod.phi_x = 0; rod.phi_y = 0; rod.phi_z = 0;
+  rod.vx = 0.1 m/s; rod.vy = 0 m/s; rod.vz = -0.35 m/s; rod.wx = 0 rad/s; rod.wy = 2 rad/s; rod.wz = 0 rad/s;
+  annotation(experiment(StopTime = 0.4 s));
+end Rod;
+"""
+
+
+@pytest.mark.parametrize(
+    ("options", "bound"),
+    [
+        ({"method": "hht-i3", "step": 2e-3}, 4e-6),
+        ({"method": "hht-si2", "step": 2e-3}, 4e-6),
+        ({"method": "nstiff-si2", "step": 2e-3}, 2e-5),
+        ({"method": "generalized-alpha-i3", "step": 2e-3}, 4e-6),
+        ({"method": "radau9", "step": 2e-3}, 5e-9),
+        ({"method": "hht-si2", "tol": 1e-5}, 1e-6),
+        ({"method": "radau5", "tol": 1e-7}, 1e-8),
+    ],
+)
+def test_one_end_of_a_rod_stops_while_the_other_slides_on(options, bound):
+    """Each end carries m g/2. Expected: DOP853 of SciPy (rtol 1e-13) with both ends sliding until A is at rest, then
+    a turn about A, which friction of 3.95 N holds (of 7.85 N that it may have), with the constant torque of B."""
+    found = mbdsl.simulate(mbdsl.parse(ROD), **options)
+    assert [(x.kind, x.name) for x in found.events] == [("stick", "A.contact"), ("stick", "B.contact")]
+    assert [x.t for x in found.events] == pytest.approx([0.0696528784, 0.1136914003], abs=bound)
+    assert [found[x][-1] for x in ("rod.x", "rod.z", "rod.phi_y")] == pytest.approx(
+        [0.0023877784, -0.0197423206, 0.1157425723], abs=bound
+    )
+    moves = found.t < 0.1136914
+    assert np.abs(found["rod.wy"][~moves]).max() < 1e-9
+    np.testing.assert_array_less(np.diff(found["rod.wy"][moves]), 0.0)  # outputs on the way to the stop, too
