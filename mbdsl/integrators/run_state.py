@@ -282,15 +282,8 @@ class RunState:
         system.activate(self.left_out)
         for name, at in system.tables.inputs.items():
             system.set_input(name, self.numbers[at])
-        for at in self.counters:
+        for at in system.tables.counters:
             system.set_number(at, self.numbers[at])
-
-    @property
-    def counters(self) -> list[int]:
-        """Offsets in ``numbers`` of the angles whose turns are counted, and of values at the start."""
-        tables = self.system.tables
-        counted = [at for places in tables.angles.values() for at in places]
-        return [*(b.counter for b in tables.models.values() if b.counter >= 0), *counted, *tables.starts.values()]
 
     @property
     def turns(self) -> Turns:

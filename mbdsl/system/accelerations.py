@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mbdsl.errors import InitialisationError
+from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.arrays import Array, Integers
 from mbdsl.numerics.saddle_point import least_squares, refined
 from mbdsl.system.broken_laws import not_finite
@@ -15,6 +16,8 @@ from mbdsl.system.system import System
 
 #: bounds of the residual and of the solution of a regular system, relative to its right-hand side
 ACCURATE, BOUNDED = 1e-12, 1e8
+#: number of states whose accelerations are kept
+KNOWN = 8
 #: iterations for forces that depend on multipliers, and their last relative change
 ITERATIONS, CONVERGED = 50, 1e-12
 
@@ -32,6 +35,37 @@ def accelerations(system: System, t: float, q: Array, v: Array, left_out: tuple[
     InitialisationError
         If there is no solution.
     """
+    known = system.kept(_Known)
+    key = known.key(system, t, q, v, left_out)
+    if (found := known.found.get(key)) is None:
+        found = _solved(system, t, q, v, left_out)
+        known.add(key, found)
+    a, lam = found
+    return a.copy(), lam.copy()
+
+
+class _Known:
+    """The accelerations of a system at the last few states: what follows an event asks for them again."""
+
+    def __init__(self, system: System) -> None:
+        tables, layout = system.tables, system.tables.layout
+        self.places = np.array([*tables.inputs.values(), *tables.counters], np.int64)
+        self.marks = np.array([layout[L.PAIRS] + L.PAIR * row + L.LEFT_OUT for row in tables.switchable], np.int64)
+        self.found: dict[tuple, tuple[Array, Array]] = {}
+
+    def key(self, system: System, t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> tuple:
+        """All that they depend on."""
+        w = system.buffers
+        numbers, marks = w.numbers[self.places].tobytes(), w.layout[self.marks].tobytes()
+        return t, q.tobytes(), v.tobytes(), left_out, numbers, marks, system.tables.scale.tobytes()
+
+    def add(self, key: tuple, found: tuple[Array, Array]) -> None:
+        if len(self.found) == KNOWN:
+            del self.found[next(iter(self.found))]
+        self.found[key] = found
+
+
+def _solved(system: System, t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> tuple[Array, Array]:
     motion = equations(system, t, q, v, left_out)
     a, lam = solve_motion(system, motion, np.zeros(system.m + system.p))
     if not system.of_multipliers:

@@ -14,6 +14,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mbdsl.expressions.symbolic import Expr, const, substitute
 from mbdsl.kernels import buffer_layout as L
@@ -254,6 +255,10 @@ class System(CompiledScene):
         w, found = self._at(t, q, v, lam), self.kept(_states)  # the same array: calls with new ones take longer
         switches.compiled()(w.numbers, w.layout, found)
         return found.copy()
+
+    def conditions(self, t: float, q, v, lam=None) -> NDArray[np.bool_]:
+        """The truth of the conditions at whose changes something acts, in the order of ``scene.conditions``."""
+        return self._at(t, q, v, lam).numbers[self.tables.conditions] != 0.0
 
     def quantities(self) -> Array:
         """The quantity whose sign decides each switch, at the last evaluated state; see
