@@ -29,7 +29,7 @@ def rate(after: Callable[[float], Array], now: Array, e: float) -> Array:
 
 def applied(system: System, t: float, q: Array, v: Array, lam: Array) -> Array:
     """fa = M^{-1} Q (n,), where Q contains the forces of nonholonomic constraints."""
-    force = system.evaluate(t, q, v, lam)[0] + system.constraint_force(t, q, lam[: system.m])
+    force = system.applied_force(t, q, v, lam)
     return system.solve_mass(t, q, force)
 
 

@@ -143,11 +143,12 @@ def solve_motion(system: System, motion: Equations, lam: Array) -> tuple[Array, 
             x = np.linalg.solve(K, b)
         except np.linalg.LinAlgError:
             x = np.full(n + m, np.nan)
-        r = b - K @ x
-        size = np.abs(b).max(initial=0.0)
-        if not (np.abs(r).max(initial=0.0) <= ACCURATE * size and np.abs(x).max(initial=0.0) <= BOUNDED * size):
+        r, size = b - K @ x, np.abs(b).max(initial=0.0)
+        off = np.abs(r).max(initial=0.0)
+        if not (off <= ACCURATE * size and np.abs(x).max(initial=0.0) <= BOUNDED * size):
             x = least_squares(K, b, 1e-13)  # of any rank
             r = b - K @ x
+            off = np.abs(r).max(initial=0.0)
     else:
         from scipy.sparse import block_array, diags_array
 
@@ -155,7 +156,8 @@ def solve_motion(system: System, motion: Equations, lam: Array) -> tuple[Array, 
         S, b = diags_array(d) @ S @ diags_array(d), d * b
         x = refined(S, n, b)
         r = b - S @ x
-    if not np.abs(r).max(initial=0.0) <= 1e-8 * np.abs(b).max(initial=0.0):  # or NaN
+        off, size = np.abs(r).max(initial=0.0), np.abs(b).max(initial=0.0)
+    if not off <= 1e-8 * size:  # or NaN
         names = system.names() + [system.constraint_names()[k] for k in kept]
         worst = f"; worst: {names[int(np.abs(r).argmax())]}" if np.isfinite(r).all() else ""
         raise InitialisationError(
@@ -183,10 +185,12 @@ def balance(system: System, M: Array, J) -> Array:
         own = system.tables.rotations[:, :1] + np.arange(3)
         M = M.copy()
         M[..., own] = M[..., own].max(axis=-1, keepdims=True)
-    square = system.tables.scale**2
-    largest = (M / square).max(axis=-1, initial=0.0, keepdims=True)  # as moments of inertia
-    # massless coordinates are treated like the one with the largest mass
-    d = 1 / np.sqrt(np.where(M > 0.0, M, np.where(largest > 0.0, largest, 1.0) * square))
+    massive = M > 0.0
+    if not massive.all():  # massless coordinates are treated like the one with the largest mass
+        square = system.tables.scale**2
+        largest = (M / square).max(axis=-1, initial=0.0, keepdims=True)  # as moments of inertia
+        M = np.where(massive, M, np.where(largest > 0.0, largest, 1.0) * square)
+    d = 1 / np.sqrt(M)
     rows = abs(J) @ d if M.ndim == 1 else np.einsum("...ij,...j->...i", abs(J), d)
     d = np.concatenate([d, 1 / np.where(rows > 0.0, rows, 1.0)], axis=-1)
     # the offset avoids half exponents, as of masses of 0.5 and 2 kg, where rounding errors would decide

@@ -224,9 +224,11 @@ class Approaches:
             far = ~apart & _far(h, y, rate, past[0], CLOSE * sizes)
             which = np.flatnonzero(~(far | (apart & zero)))
             before, on = past[:, which], _Course(h, y[which], rate[which])
-            on.leave_out_rounding(apart[which], EPS * sizes[which])
-            past[:4], past[4] = _Course(h[-1:], y[:, -2:], rate[:, -2:]).last, sizes
-            past[:4, which] = on.last
+            if apart[which].any():
+                on.leave_out_rounding(apart[which], EPS * sizes[which])
+            if len(which) < len(y):
+                past[:4] = _Course(h[-1:], y[:, -2:], rate[:, -2:]).last
+            past[:4, which], past[4] = on.last, sizes
             past[:4, apart & zero] = np.array([[0.0], [np.nan], [np.nan], [np.nan]])
             turns = self._turns(which, on, before[3], sizes[which], rows)
             found += sorted([*turns, *self._crossings(which, on, before, sizes[which], rows)], key=lambda x: x.number)
@@ -239,18 +241,20 @@ class Approaches:
         """The turning points within steps that do not cross, of the arguments ``which`` (k,); ``third`` (k,) is the
         last third derivative before, and ``largest`` (k,) the largest value so far."""
         (t, q, v, _), h, y, positions = rows, on.h, on.y, self._of_positions[which, None]
-        least = np.where(positions, 0.0, AT_SWITCH * largest[:, None])
-        change = np.abs(np.diff(on.third, prepend=third[:, None]))
-        behind = np.append(change[:, 1:], np.full((len(which), 1), np.inf), axis=1)
-        error = h**3 / 384.0 * np.fmin(np.fmin(change, behind), np.abs(on.third))
         side = np.where(y[:, :-1] != 0.0, np.sign(y[:, :-1]), np.sign(on.r0))
         x, turns = _minimum(side * on.r0, side * on.c2, side * on.c3)
+        if not turns.any():
+            return
         d = side * (y[:, :-1] + x * (on.r0 + x * (on.c2 + x * on.c3)))
+        least = np.where(positions, 0.0, AT_SWITCH * largest[:, None])
         turns &= (side * y[:, 1:] >= least) & (side * y[:, :-1] >= least) & self._is_side(which, side)
         # a closed gap, and one that opens or closes, turns by rounding
         rounding = ROUNDED * self.system.tables.size
         clear = (d > rounding) | (np.abs(y[:, :-1] - d) > rounding) | (np.abs(y[:, 1:] - d) > rounding)
         turns &= (clear | ~self._rigid[which, None]) & (np.abs(d) <= CLOSE * largest[:, None])
+        change = np.abs(np.diff(on.third, prepend=third[:, None]))
+        behind = np.append(change[:, 1:], np.full((len(which), 1), np.inf), axis=1)
+        error = h**3 / 384.0 * np.fmin(np.fmin(change, behind), np.abs(on.third))
         for k, i in np.argwhere(turns).tolist():
             at = x[k, i]
             dq, a, b = q[i + 1] - q[i], h[i] * v[i], h[i] * v[i + 1]
@@ -269,15 +273,19 @@ class Approaches:
         """The crossings between consecutive rows, beginning with the last row of the previous call: ``before`` (5, k)
         is its part of ``past``."""
         (t, q, v, _), y = rows, on.y
-        value, slope = np.append(before[0, :, None], y[:, :-1], 1), np.append(before[1, :, None], on.rate[:, :-1], 1)
+        value = np.append(before[0, :, None], y[:, :-1], axis=1)
+        side = np.sign(value)
+        crosses = side * y < 0.0
+        if not crosses.any():
+            return
+        slope = np.append(before[1, :, None], on.rate[:, :-1], axis=1)
         bends, jerks = (
             np.concatenate([z[:, None], z[:, None], x[:, :-1]], axis=1)
             for z, x in ((before[2], on.bend), (before[3], on.third))
         )
-        side = np.sign(value)
         slope, bends = side * slope, side * bends
         d = side * value - slope**2 / (2.0 * bends)
-        crosses = (side * y < 0.0) & (slope < 0.0) & (bends > 0.0) & (np.abs(d) <= CLOSE * largest[:, None])
+        crosses &= (slope < 0.0) & (bends > 0.0) & (np.abs(d) <= CLOSE * largest[:, None])
         crosses &= self._is_side(which, side)
         for k, i in np.argwhere(crosses).tolist():
             j, number = max(i - 1, 0), int(which[k])

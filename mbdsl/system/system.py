@@ -118,6 +118,11 @@ class System(CompiledScene):
         """Phi_q^T mu (n,)."""
         return self._at(t, q, mu=mu).vectors[L.FORCE2, : self.n].copy()
 
+    def applied_force(self, t: float, q, v, lam) -> Array:
+        """Q - Gam_v^T nu (n,): f without the forces of the holonomic constraints."""
+        vectors = self._at(t, q, v, lam, lam[: self.m]).vectors
+        return vectors[L.FORCE, : self.n] + vectors[L.FORCE2, : self.n]
+
     def gradient_table(self) -> Array:
         """Rows of the gradient table (see :mod:`mbdsl.kernels.buffer_layout`) at the last state evaluated."""
         assert self._work is not None
@@ -175,11 +180,11 @@ class System(CompiledScene):
     def matrix(self, entries: Array) -> Array | csr_array:
         """A new matrix with these entries (size,), dense up to ``DENSE_LIMIT`` unknowns."""
         size = self.unknowns
-        rows, columns = self.tables.pattern
         if size <= DENSE_LIMIT:
-            return self._in_body_axes(np.bincount(rows * size + columns, entries, size * size).reshape(size, size))
+            return self._in_body_axes(np.bincount(self._places, entries, size * size).reshape(size, size))
         from scipy.sparse import csr_array
 
+        rows, columns = self.tables.pattern
         A = csr_array((entries.copy(), (rows, columns)), shape=(size, size))
         if not len(self.tables.rotations):
             return A
@@ -190,6 +195,12 @@ class System(CompiledScene):
         for d, at in self.tables.rotations:
             W[d : d + 3, d : d + 3] = work.numbers[at : at + 9].reshape(3, 3)
         return csr_array(W.T @ A @ W.tocsr())
+
+    @cached_property
+    def _places(self) -> Integers:
+        """The places of entries (size,) in a dense matrix, row by row."""
+        rows, columns = self.tables.pattern
+        return rows * self.unknowns + columns
 
     def force(self) -> Array:
         """f = Q - Phi_q^T lam - Gam_v^T nu (n,) at the state of the last tangent."""
