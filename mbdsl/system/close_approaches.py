@@ -265,7 +265,7 @@ class Approaches:
             curvature = abs(2.0 * on.c2[k, i] + 6.0 * at * on.c3[k, i]) / h[i] ** 2
             # behind zero within a step that did not meet the condition: as uncertain as it is deep
             off = max(error[k, i], 0.0 if positions[k] else -d[k, i])
-            yield _approach(which[k], t[i] + at * h[i], side[k, i], d[k, i], curvature, off, state)
+            yield _approach(int(which[k]), t[i] + at * h[i], side[k, i], d[k, i], curvature, off, state)
 
     def _crossings(
         self, which: Integers, on: _Course, before: Array, largest: Array, rows: States
