@@ -343,8 +343,12 @@ class EventSet:
         self._put(self.values if put else self._undone[0])
         if acted:
             self.acted.append(Acted(self._exactly(t), tuple(acted)))
-        self.history.append(np.array([[t, *(self.values[x] for x in self.names)]]))
+        self.history.append(self._row(t))
         return v
+
+    def _row(self, t: float) -> Array:
+        """Time and the present values (1, 1 + numbers), for the history."""
+        return np.array([[t, *map(self.values.__getitem__, self.names)]])
 
     @property
     def _only_struck(self) -> bool:
@@ -379,7 +383,7 @@ class EventSet:
     def note(self, t: float) -> None:
         """Enter the present values, which a method has set, into the history."""
         self._put(self.values)
-        self.history.append(np.array([[t, *(self.values[x] for x in self.names)]]))
+        self.history.append(self._row(t))
 
     def all_left_out(self, left_out: tuple[int, ...]) -> tuple[int, ...]:
         """``left_out`` and all rows of contacts, for a method that solves the contacts itself."""

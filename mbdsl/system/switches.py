@@ -246,11 +246,11 @@ def signature(numbers, layout):
     return found
 
 
-def combined(S: Iterable[int]) -> int:
+def combined(S: NDArray[np.int64]) -> int:
     """The signature of states."""
     found = 0
-    for k in S:
-        found = (found * BASE + int(k) % PRIME) % PRIME
+    for k in S.tolist():
+        found = (found * BASE + k) % PRIME
     return found
 
 
