@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 
@@ -38,6 +39,7 @@ def rates(
 ) -> tuple[Array, Array, Array]:
     """fa, the rate of a and the rate of fa, (n,) each; the rates by differences over the time e."""
 
+    @cache
     def motion(s: float) -> tuple[Array, Array]:
         return system.moved(q, s * v, s * s / 2 * a), v + s * a
 

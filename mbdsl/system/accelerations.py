@@ -112,9 +112,9 @@ def equations(system: System, t: float, q: Array, v: Array, left_out: tuple[int,
     kept, n = rows_kept(system.m + system.p, left_out), system.n
     both = system.tangent(t, q, v, cM=1.0, cP=1.0, cV=1.0)
     M, J = both[:n, :n], both[n:, :n][kept]
-    right = np.concatenate([system.force(), system.gamma_c_here(t, v)[kept]])
+    derivatives = system.entries(t, cK=1.0, cD=1.0, cL=1.0, cN=1.0, cW=1.0)
+    right = np.concatenate([system.force(), system.gamma_c_here(v, derivatives)[kept]])
     if not system.of_multipliers:  # else they are checked where the multipliers are known
-        derivatives = system.entries(t, cK=1.0, cD=1.0, cL=1.0, cV=1.0)
         _check(system, (t, q, v), np.zeros(system.m + system.p), right, (both, derivatives))
     with np.errstate(all="ignore"):  # entries that are not finite are reported later
         d = balance(system, M.diagonal(), J)

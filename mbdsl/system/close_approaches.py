@@ -326,7 +326,7 @@ class Approaches:
             v + s * a,
             np.zeros((2 * count, rows[3].shape[1])),
         )
-        of_reactions = near[[k for k in which if self._of_reactions[k]]].any(axis=0)[at]
+        of_reactions = near[np.ix_([k for k in which if self._of_reactions[k]], at)].any(axis=0)
         for i in np.flatnonzero(np.tile(of_reactions, 2) & np.isfinite(a).all(axis=1)).tolist():
             try:
                 lam[i] = accelerations(system, t[i], q[i], v[i], left_out)[1]

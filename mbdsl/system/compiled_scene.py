@@ -185,7 +185,7 @@ class CompiledScene:
         """Set the value at the start of an angle that counts turns, or of an expression."""
         self.tables.first_angles[node] = value
         if node in self.tables.starts:
-            for name in ("laws", "searched_laws", "searched_angles"):
+            for name in ("laws", "searched_laws", "searched_angles", "switches_at_rest"):
                 vars(self).pop(name, None)
         places = [self.tables.starts[node]] if node in self.tables.starts else self.tables.angles.get(node, ())
         for at in places:

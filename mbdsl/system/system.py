@@ -31,6 +31,7 @@ from mbdsl.system.build_tables import build_tables
 from mbdsl.system.compiled_scene import CompiledScene
 from mbdsl.system.massless import massless
 from mbdsl.system.peaks_in_time import Replayed, Zone, time_zones
+from mbdsl.system.switches import Switch
 from mbdsl.system.time_derivatives import TimeTerms
 from mbdsl.system.time_events import time_events
 
@@ -238,12 +239,14 @@ class System(CompiledScene):
         gamma_c = -(Phi_q v)_q v - Phi_tt, then -Gam_q v - Gam_t.
         """
         self._at(t, q, v).vectors[L.UNKNOWN, : self.n] = 0.0
-        return self.gamma_c_here(t, np.asarray(v, float))
+        return self.gamma_c_here(np.asarray(v, float), self.entries(t, cN=1.0, cW=1.0))
 
-    def gamma_c_here(self, t: float, v: Array) -> Array:
-        """The same at the last evaluated state, whose velocities are v."""
-        # also runs the gradient tape, which holds u'' and Gam_t
-        rate = self.matrix(self.entries(t, cN=1.0, cW=1.0))[self.n :, : self.n] @ v
+    def gamma_c_here(self, v: Array, entries: Array) -> Array:
+        """The same at the last evaluated state, whose velocities are v, from the entries of the last tangent, with the
+        factors cN = cW = 1 and cP = cV = 0.
+        """
+        # the tangent also runs the gradient tape, which holds u'' and Gam_t
+        rate = self.matrix(entries)[self.n :, : self.n] @ v
         return -rate - self.in_time()
 
     def in_time(self) -> Array:
@@ -287,9 +290,12 @@ class System(CompiledScene):
         They are found if the expressions are piecewise linear in time, such as `time < 1 s`, tables over time,
         mod(time, 1 s) < 0.2 s. Changes of others, such as sin(time) < 0, show in :meth:`switches` only.
         """
-        chosen = [switch for switch in self.tables.switches if corners or not switch.is_corner]
-        chosen = [replace(switch, node=substitute(switch.node, self._at_rest)) for switch in chosen]
-        return time_events(chosen, t0, t1)
+        return time_events([x for x in self.switches_at_rest if corners or not x.is_corner], t0, t1)
+
+    @cached_property
+    def switches_at_rest(self) -> list[Switch]:
+        """The switches, with numbers in place of coordinates of frames at rest."""
+        return [replace(x, node=substitute(x.node, self._at_rest)) for x in self.tables.switches]
 
     def time_zones(self, t0: float, t1: float, longest: float = np.inf) -> Iterator[Zone]:
         """Zones between t0 and t1 [s] in which steps have to end because of functions of time; generated lazily.
