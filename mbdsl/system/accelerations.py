@@ -68,7 +68,7 @@ class _Known:
 def _solved(system: System, t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> tuple[Array, Array]:
     motion = equations(system, t, q, v, left_out)
     a, lam = solve_motion(system, motion, np.zeros(system.m + system.p))
-    if not system.of_multipliers:
+    if not (system.of_multipliers and lam.any()):
         return a, lam
     size = np.abs(lam).max(initial=0.0)
     for _ in range(ITERATIONS):
@@ -114,7 +114,7 @@ def equations(system: System, t: float, q: Array, v: Array, left_out: tuple[int,
     M, J = both[:n, :n], both[n:, :n][kept]
     derivatives = system.entries(t, cK=1.0, cD=1.0, cL=1.0, cN=1.0, cW=1.0)
     right = np.concatenate([system.force(), system.gamma_c_here(v, derivatives)[kept]])
-    if not system.of_multipliers:  # else they are checked where the multipliers are known
+    if not (system.of_multipliers or _finite(derivatives)):  # else they are checked where the multipliers are known
         _check(system, (t, q, v), np.zeros(system.m + system.p), right, (both, derivatives))
     with np.errstate(all="ignore"):  # entries that are not finite are reported later
         d = balance(system, M.diagonal(), J)
@@ -134,24 +134,29 @@ def solve_motion(system: System, motion: Equations, lam: Array) -> tuple[Array, 
         derivatives = system.tangent(t, q, v, lam, cK=1.0, cD=1.0, cL=1.0, cV=1.0)
         U = derivatives[:n, n:][:, kept]
         b = np.concatenate([system.force() + U @ lam[kept], right[n:]])
-        _check(system, (t, q, v), lam, b, (M, J, derivatives))
+        if not _finite(derivatives):
+            _check(system, (t, q, v), lam, b, (M, J, derivatives))
+    given = b
     if isinstance(J, np.ndarray):
         K = np.zeros((n + m, n + m))
         K[:n, :n], K[:n, n:], K[n:, :n] = M, U, J
-        K, b = d[:, None] * K * d, d * b
-        try:
-            x = np.linalg.solve(K, b)
-        except np.linalg.LinAlgError:
-            x = np.full(n + m, np.nan)
-        r, size = b - K @ x, np.abs(b).max(initial=0.0)
+        with np.errstate(all="ignore"):
+            K, b = d[:, None] * K * d, d * b
+            try:
+                x = np.linalg.solve(K, b)
+            except np.linalg.LinAlgError:
+                x = np.full(n + m, np.nan)
+            r, size = b - K @ x, np.abs(b).max(initial=0.0)
         off = np.abs(r).max(initial=0.0)
         if not (off <= ACCURATE * size and np.abs(x).max(initial=0.0) <= BOUNDED * size):
+            _check(system, (t, q, v), lam, given, (M, J))
             x = least_squares(K, b, 1e-13)  # of any rank
             r = b - K @ x
             off = np.abs(r).max(initial=0.0)
     else:
         from scipy.sparse import block_array, diags_array
 
+        _check(system, (t, q, v), lam, given, (M, J))
         S = block_array([[M, U], [J, None]], format="csr")
         S, b = diags_array(d) @ S @ diags_array(d), d * b
         x = refined(S, n, b)
@@ -174,8 +179,13 @@ def _check(system: System, at: tuple[float, Array, Array], lam: Array, b: Array,
     """Raise an error if forces b, or matrices, are not finite; every implicit method needs the derivatives."""
     if not np.isfinite(b).all():
         raise not_finite(system, *at, "the forces", lam)
-    if not all(np.isfinite(X if isinstance(X, np.ndarray) else X.data).all() for X in found):
+    if not all(map(_finite, found)):
         raise not_finite(system, *at, "the derivatives of the forces or constraints", lam)
+
+
+def _finite(X: Any) -> bool:
+    """Whether all entries of a matrix are finite."""
+    return bool(np.isfinite(X if isinstance(X, np.ndarray) else X.data).all())
 
 
 def balance(system: System, M: Array, J) -> Array:
