@@ -220,7 +220,8 @@ class Approaches:
         with np.errstate(all="ignore"):
             if (own := np.flatnonzero(apart & ~zero)).size:
                 near[own] = _turning(np.append(past[0, own, None], y[own], axis=1), CLOSE * sizes[own])
-                self._add_rates(rate, near, rows, inputs, left_out)
+                if near.any():
+                    self._add_rates(rate, near, rows, inputs, left_out)
             far = ~apart & _far(h, y, rate, past[0], CLOSE * sizes)
             which = np.flatnonzero(~(far | (apart & zero)))
             before, on = past[:, which], _Course(h, y[which], rate[which])
@@ -240,18 +241,19 @@ class Approaches:
     def _turns(self, which: Integers, on: _Course, third: Array, largest: Array, rows: States) -> Iterator[Approach]:
         """The turning points within steps that do not cross, of the arguments ``which`` (k,); ``third`` (k,) is the
         last third derivative before, and ``largest`` (k,) the largest value so far."""
-        (t, q, v, _), h, y, positions = rows, on.h, on.y, self._of_positions[which, None]
+        (t, q, v, _), h, y = rows, on.h, on.y
+        positions, free = self._of_positions[which, None], ~self._rigid[which, None]
         side = np.where(y[:, :-1] != 0.0, np.sign(y[:, :-1]), np.sign(on.r0))
         x, turns = _minimum(side * on.r0, side * on.c2, side * on.c3)
         if not turns.any():
             return
         d = side * (y[:, :-1] + x * (on.r0 + x * (on.c2 + x * on.c3)))
         least = np.where(positions, 0.0, AT_SWITCH * largest[:, None])
-        turns &= (side * y[:, 1:] >= least) & (side * y[:, :-1] >= least) & self._is_side(which, side)
-        # a closed gap, and one that opens or closes, turns by rounding
+        turns &= (side * y[:, 1:] >= least) & (side * y[:, :-1] >= least) & ((side > 0.0) | free)
+        # a closed gap, and one that opens or closes, turns by rounding; and gaps below zero are rounding errors
         rounding = ROUNDED * self.system.tables.size
         clear = (d > rounding) | (np.abs(y[:, :-1] - d) > rounding) | (np.abs(y[:, 1:] - d) > rounding)
-        turns &= (clear | ~self._rigid[which, None]) & (np.abs(d) <= CLOSE * largest[:, None])
+        turns &= (clear | free) & (np.abs(d) <= CLOSE * largest[:, None])
         change = np.abs(np.diff(on.third, prepend=third[:, None]))
         behind = np.append(change[:, 1:], np.full((len(which), 1), np.inf), axis=1)
         error = h**3 / 384.0 * np.fmin(np.fmin(change, behind), np.abs(on.third))
@@ -286,7 +288,7 @@ class Approaches:
         slope, bends = side * slope, side * bends
         d = side * value - slope**2 / (2.0 * bends)
         crosses &= (slope < 0.0) & (bends > 0.0) & (np.abs(d) <= CLOSE * largest[:, None])
-        crosses &= self._is_side(which, side)
+        crosses &= (side > 0.0) | ~self._rigid[which, None]
         for k, i in np.argwhere(crosses).tolist():
             j, number = max(i - 1, 0), int(which[k])
             curvature, own = bends[k, i], side[k, i]
@@ -299,33 +301,18 @@ class Approaches:
                 deep = own * value[k, i] + rest * (falls + rest * (0.5 * curvature + rest * third / 6.0))
                 yield _approach(number, t[j], own, min(deep, own * y[k, i]), curvature, 0.0, [*q[j], *v[j]])
 
-    def _is_side(self, which: Integers, side: Array) -> NDArray[np.bool_]:
-        """Whether there is motion on this side of zero: gaps of rigid contacts below zero are rounding errors."""
-        return (side > 0.0) | ~self._rigid[which, None]
-
     def _add_rates(
-        self,
-        rate: Array,
-        near: NDArray[np.bool_],
-        rows: States,
-        inputs: Mapping[str, float],
-        left_out: tuple[int, ...],
+        self, rate: Array, near: NDArray[np.bool_], rows: States, inputs: Mapping[str, float], left_out: tuple[int, ...]
     ) -> None:
         """Enter the time derivatives of arguments at the rows ``near`` (k, N) into ``rate``, by central differences
         along the motion; nan where there are no accelerations."""
         system, (t, q, v, _) = self.system, rows
         which, at, h = np.flatnonzero(near.any(axis=1)).tolist(), np.flatnonzero(near.any(axis=0)), np.diff(t)
-        if not which:
-            return
         dt, a, count = APART * h[np.minimum(at, len(h) - 1)], self._accelerations(at, rows, inputs, left_out), len(at)
         s = np.append(-dt, dt)[:, None]
         t, q, v, a = (np.concatenate([x, x]) for x in (t[at], q[at], v[at], a))
-        t, q, v, lam = (
-            t + s[:, 0],
-            system.moved(q, s * v, 0.5 * s * s * a),
-            v + s * a,
-            np.zeros((2 * count, rows[3].shape[1])),
-        )
+        t, q, v = t + s[:, 0], system.moved(q, s * v, 0.5 * s * s * a), v + s * a
+        lam = np.zeros((2 * count, rows[3].shape[1]))
         of_reactions = near[np.ix_([k for k in which if self._of_reactions[k]], at)].any(axis=0)
         for i in np.flatnonzero(np.tile(of_reactions, 2) & np.isfinite(a).all(axis=1)).tolist():
             try:
@@ -336,8 +323,7 @@ class Approaches:
         given = {x: np.full(2 * count, value) for x, value in inputs.items()}
         ends = values(system, [self.arguments[k] for k in which], t, q, v, lam, given, order)
         for k, x in zip(which, ends, strict=True):
-            own = near[k, at]
-            rate[k, near[k]] = ((x[count:] - x[:count]) / (2.0 * dt))[own]
+            rate[k, near[k]] = ((x[count:] - x[:count]) / (2.0 * dt))[near[k, at]]
 
     def _accelerations(
         self, at: Integers, states: States, inputs: Mapping[str, float], left_out: tuple[int, ...]
