@@ -32,6 +32,10 @@ ARRAYS: dict[object, tuple[int, np.dtype]] = {
 }
 
 
+#: number of sets of arrays whose addresses are kept: those of a run, and of the System that it belongs to
+KEPT = 2
+
+
 class Native:
     """A compiled function, called by its address; other compiled functions may be among its arguments.
 
@@ -49,7 +53,7 @@ class Native:
         others = [(k, starts[k]) for k, kind in enumerate(self._arrays) if kind is None]
         self._numbers = [(k, at) for k, at in others if isinstance(signature.takes[k], str)]
         self._functions = [(k, at) for k, at in others if not isinstance(signature.takes[k], str)]
-        self._last: tuple[list, list] = [], []
+        self._blocks: list[tuple[list, list]] = []  #: of the last arguments, the latest first
         self.address, self.signature = address, signature
         self._owner = owner  # keeps the machine code in memory
 
@@ -76,22 +80,28 @@ class Native:
 
     def _block(self, arguments: tuple) -> bytes:
         """The arguments as one block of bytes."""
-        last, block = self._last
-        if len(arguments) != len(self._arrays):
-            block = []
-        for k, known in last:
-            if not block or known() is not arguments[k]:
-                block = []
-                break
-        if not block:
-            _, block = self._last = self._look_at(arguments)
-        words = list(block)
+        words = list(self._known(arguments))
         for k, at in self._numbers:
             words[at] = arguments[k]
         for k, at in self._functions:
             x = arguments[k]
             words[at] = x.address if isinstance(x, Native) else x
         return self._pack(*words)
+
+    def _known(self, arguments: tuple) -> list:
+        """The block of words with addresses and shapes of the arrays among the arguments."""
+        blocks = self._blocks if len(arguments) == len(self._arrays) else []
+        for i, (arrays, words) in enumerate(blocks):
+            for k, known in arrays:
+                if known() is not arguments[k]:
+                    break
+            else:
+                if i:
+                    blocks.insert(0, blocks.pop(i))
+                return words
+        blocks.insert(0, self._look_at(arguments))
+        del blocks[KEPT:]
+        return blocks[0][1]
 
     def _look_at(self, arguments: tuple) -> tuple[list, list]:
         """Weak references to the arrays among the arguments, and a block of words with their addresses and shapes.

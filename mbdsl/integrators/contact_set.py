@@ -44,7 +44,7 @@ from mbdsl.numerics.friction_shares import active, at_rest, exerted
 from mbdsl.numerics.impact import UnsolvableError, at_once, comes_to_rest, in_sequence
 from mbdsl.numerics.saddle_point import dense, least_squares
 from mbdsl.system import System
-from mbdsl.system.accelerations import accelerations
+from mbdsl.system.accelerations import accelerations, rows_kept
 from mbdsl.system.driven_contacts import drivers_at_fault
 
 Array = NDArray[np.float64]
@@ -232,11 +232,11 @@ class ContactSet:
         system, n = self.system, self.system.n
         matrix = dense(system.tangent(t, q, v, cM=1.0, cP=1.0, cV=1.0))
         W = matrix[n + self._rows_of(which), :n]
-        kept = np.setdiff1d(np.arange(system.unknowns), n + np.array(others, int))
+        kept = np.append(np.arange(n), n + rows_kept(system.m + system.p, others))
         K, right = matrix[np.ix_(kept, kept)], np.zeros((len(kept), len(W)))
         right[:n] = W.T
         try:
-            X = np.linalg.solve(K, right)[:n]
+            X = np.asarray(np.linalg.solve(K, right)[:n], float)
         except np.linalg.LinAlgError:
             raise self._unsolvable("impulses", (t, q, v), which, others) from None
         G = W @ X

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError, ModelError
-from mbdsl.expressions.symbolic import Expr, walk
+from mbdsl.expressions.symbolic import Expr, leaves, walk
 from mbdsl.integrators.contact_set import ContactSet
 from mbdsl.integrators.final_slide import ContactSlides, Slides
 from mbdsl.integrators.friction_set import FrictionSet
@@ -96,10 +96,19 @@ class EventSet:
         self.reactions: Array | None = None  #: multipliers (m + p,), of a method that solves the contacts itself
         self.names = list(system.scene.discrete_starts)
         self._before = {f"pre({x})": x for x in self.names if f"pre({x})" in self.events.variables}
-        self._conditions = [(branch, c) for branch in self.events.branches for c in branch.conditions]
-        self._roots = [c for _, c in self._conditions]
+        #: of each condition, the number of its when-equation, and its branch
+        self._conditions = [
+            (i, b) for i, when in enumerate(self.events.whens) for b in when.branches for _ in b.conditions
+        ]
+        roots = self.events.conditions
+        self._count = len(roots)
+        self._reads_reactions = {
+            every: _of_reactions(leaves(*x)) for every, x in ((False, roots), (True, system.scene.conditions))
+        }
+        self._inputs = {x: at for x, at in system.tables.inputs.items() if x in system.scene.inputs}
+        self._numbers = {x: at for x, at in system.tables.inputs.items() if x in self.names}
         number = {clock.name: k for k, clock in enumerate(self.events.clocks)}
-        leaf = [c.args[0].value if c.op == "ne" else None for c in self._roots]
+        leaf = [c.args[0].value if c.op == "ne" else None for c in roots]
         #: expressions -> their nodes in order, the numbers that they read, whether they read reactions
         self._orders: dict[tuple[Expr, ...], tuple[list[Expr], set[str], bool]] = {}
         self._of_clocks = {k: number[str(x)] for k, x in enumerate(leaf) if x in number}  #: condition -> its clock
@@ -109,7 +118,7 @@ class EventSet:
         """Return to the start."""
         self.values = self.system.scene.discrete_starts
         self.inputs = {name: x.start for name, x in self.system.scene.inputs.items()}  #: values of the model's inputs
-        self._was = np.zeros(len(self._roots), bool)
+        self._was = np.zeros(self._count, bool)
         self.history: list[Array] = []
         self.ticked: list[Array] = []
         self.acted: list[Acted] = []
@@ -243,10 +252,8 @@ class EventSet:
 
     def due(self, t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> bool:
         """Whether a condition has changed since the last event, or one of contacts or of joints that stick is true."""
-        own = self.system.scene.conditions[len(self._roots) :]
-        if own and any(self._evaluated(own, t, q, v, left_out)):
-            return True
-        return bool((self._truth(t, q, v, left_out) != self._was).any())
+        truth = self._truth(t, q, v, left_out, every=True)
+        return bool(truth[self._count :].any() or (truth[: self._count] != self._was).any())
 
     def forget(self) -> None:
         """Drop what has happened so far, in a run that does not store it."""
@@ -292,6 +299,7 @@ class EventSet:
         """Take the last event back."""
         self.values, self._was, self._ticks, histories, acted = self._undone
         del self.history[histories:], self.acted[acted:]
+        self._put(self.values)
         self.ended, self.failed, self.endless = "", None, []
 
     def _act(
@@ -334,14 +342,17 @@ class EventSet:
             if name in self.values:
                 self.values[name] = 0.0
         self._remember()
-        if put or self.contacts is not None:
-            self._put(self.values if put else self._undone[0])
         if pulses:
             self._was = self._truth(t, q, v, left_out)
+        self._put(self.values if put else self._undone[0])
         if acted:
             self.acted.append(Acted(self._exactly(t), tuple(acted)))
-        self.history.append(np.array([[t, *(self.values[x] for x in self.names)]]))
+        self.history.append(self._row(t))
         return v
+
+    def _row(self, t: float) -> Array:
+        """Time and the present values (1, 1 + numbers), for the history."""
+        return np.array([[t, *map(self.values.__getitem__, self.names)]])
 
     @property
     def _only_struck(self) -> bool:
@@ -376,7 +387,7 @@ class EventSet:
     def note(self, t: float) -> None:
         """Enter the present values, which a method has set, into the history."""
         self._put(self.values)
-        self.history.append(np.array([[t, *(self.values[x] for x in self.names)]]))
+        self.history.append(self._row(t))
 
     def all_left_out(self, left_out: tuple[int, ...]) -> tuple[int, ...]:
         """``left_out`` and all rows of contacts, for a method that solves the contacts itself."""
@@ -391,14 +402,21 @@ class EventSet:
         """Set the numbers of the System."""
         if self.friction is not None:
             self.system.activate(self.left_out(self.system.tables.switchable))
-        for name in self.system.tables.inputs:
-            if name in given:
-                self.system.set_input(name, given[name])
+        self._enter(self._numbers, given)
+
+    def _enter(self, places: Mapping[str, int], given: Mapping[str, float]) -> None:
+        """Set the numbers of the System at ``places``."""
+        if places:
+            self.system.buffers.numbers[list(places.values())] = [given[name] for name in places]
 
     def numbers(self) -> dict[int, float]:
         """Offset in ``numbers`` -> value, of all variables that the equations contain."""
-        inputs = self.system.tables.inputs
-        return {inputs[name]: x for name, x in self.values.items() if name in inputs}
+        return {at: self.values[name] for name, at in self._numbers.items()}
+
+    def _reactions(self, t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> Array:
+        """The multipliers (m + p,) with the present values: those of the equations of motion."""
+        self._put(self.values)
+        return accelerations(self.system, t, q, v, left_out)[1] if self.reactions is None else self.reactions
 
     def _evaluated(self, roots: Sequence[Expr], t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> list[float]:
         """Expressions in a state with the present values; reactions are those of the equations of motion."""
@@ -408,24 +426,28 @@ class EventSet:
             read = {str(x.value) for x in order if x.op == "input"}
             self._orders[key] = order, read & self.inputs.keys() | read & self.values.keys(), _of_reactions(order)
         order, read, of_reactions = self._orders[key]
-        lam = None
-        if of_reactions:
-            self._put(self.values)
-            lam = self.reactions
-            lam = (accelerations(self.system, t, q, v, left_out)[1] if lam is None else lam)[None]
+        lam = self._reactions(t, q, v, left_out)[None] if of_reactions else None
         given = self.inputs | self.values if self.inputs else self.values
         inputs = {name: np.array([given[name]]) for name in read}
         found = values(self.system, roots, np.array([t]), q[None], v[None], lam, inputs, order)
         return [float(x[0]) for x in found]
 
-    def _truth(self, t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> NDArray[np.bool_]:
-        return np.array(self._evaluated(self._roots, t, q, v, left_out)) != 0.0
+    def _truth(self, t: float, q: Array, v: Array, left_out: tuple[int, ...], every: bool = False) -> NDArray[np.bool_]:
+        """The truth of the conditions with the present values, with ``every`` also those of contacts and of joints."""
+        conditions, system = slice(None if every else self._count), self.system
+        if not len(system.tables.conditions[conditions]):
+            return self._was
+        lam = self._reactions(t, q, v, left_out) if self._reads_reactions[every] else None
+        self._enter(self._inputs, self.inputs)
+        self._enter(self._numbers, self.values)
+        return system.conditions(t, q, v, lam)[conditions]
 
     def _rising(self, rose: NDArray[np.bool_]) -> list[Branch]:
         """Of every when-equation, the first branch one of whose conditions rose."""
-        risen = {id(branch) for (branch, _), x in zip(self._conditions, rose, strict=True) if x}
-        found = (next((b for b in when.branches if id(b) in risen), None) for when in self.events.whens)
-        return [branch for branch in found if branch is not None]
+        found: dict[int, Branch] = {}
+        for k in np.flatnonzero(rose).tolist():
+            found.setdefault(*self._conditions[k])
+        return list(found.values())
 
     def _do(self, branches: list[Branch], t: float, q: Array, v: Array, left_out: tuple[int, ...]) -> Array:
         """The actions of branches; the velocities behind them."""
@@ -601,4 +623,4 @@ class EventSet:
             return []
         self.ticked = [np.concatenate(self.ticked)]
         t, due = self.ticked[0][:, 0], self.ticked[0][:, 1].astype(np.int64)
-        return [(self._conditions[k][0], t[(due >> clock) & 1 == 1]) for k, clock in self._of_clocks.items()]
+        return [(self._conditions[k][1], t[(due >> clock) & 1 == 1]) for k, clock in self._of_clocks.items()]

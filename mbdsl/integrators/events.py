@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError
-from mbdsl.expressions.symbolic import Expr, leaves, walk
+from mbdsl.expressions.symbolic import Expr, walk
 from mbdsl.integrators import declared
 from mbdsl.integrators.contact_errors import UnsolvedContactsError
 from mbdsl.integrators.event_set import EventSet, ReinitError
@@ -92,7 +92,7 @@ BY_ERROR_HINT = (
 
 def reads_reactions(switch: Switch) -> bool:
     """Whether a switch depends on reactions."""
-    return any(leaf.op == "multiplier" for leaf in leaves(switch.node))
+    return any(leaf.op == "multiplier" for leaf in switch.leaves)
 
 
 def sliding(switches: Sequence[Switch]) -> tuple[str, str]:
@@ -638,8 +638,8 @@ class SwitchEvents:
 
 def _of_time(switch: Switch) -> bool:
     """Whether a switch depends on time alone, so that forces cannot drive the motion back over it."""
-    return all(leaf.op == "time" for leaf in leaves(switch.node))
+    return all(leaf.op == "time" for leaf in switch.leaves)
 
 
 def _changed(system: System, old: States, new: States) -> list[Switch]:
-    return [switch for switch, a, b in zip(system.tables.switches, old, new, strict=True) if a != b]
+    return [system.tables.switches[k] for k in np.flatnonzero(old != new).tolist()]

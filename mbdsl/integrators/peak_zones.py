@@ -20,7 +20,6 @@ import numpy as np
 
 from mbdsl.expressions.symbolic import leaves
 from mbdsl.integrators.loop import loop_state as S
-from mbdsl.integrators.loop.run_data import CHANGED
 from mbdsl.integrators.loop.switch_location import MIDDLE
 from mbdsl.integrators.run_state import RECORDED, RunState
 from mbdsl.system.close_approaches import Approach, Approaches
@@ -174,7 +173,7 @@ class Landings:
         most, batch = self._together
         while steps > 0 and status == S.RUNNING and self._looks.spent - begun < PAUSE:
             spent = self._looks.spent
-            before, t = {name: getattr(run, name).copy() for name in CHANGED}, run.time
+            before, t = [x.copy() for x in run.state_of_steps()], run.time
             ticked = self._events.taken() if self._events is not None else None
             first = np.concatenate([[t], *run.state()])
             run.integers[S.NOTED] = 0
@@ -184,8 +183,8 @@ class Landings:
             zones = self._unseen(states)
             if zones:
                 passed = int((rows[:, 0] <= zones[0].start).sum())  # steps that are taken again as they were
-                for name, kept in before.items():
-                    getattr(run, name)[...] = kept
+                for x, kept in zip(run.state_of_steps(), before, strict=True):
+                    x[...] = kept
                 if self._events is not None and ticked is not None:
                     self._events.give_back(ticked)
                 if zones[0].start - self._from > PLACE * run.span:

@@ -224,7 +224,8 @@ class MethodRun(RunState):
 
     def _write_numbers(self) -> None:
         """Write the numbers that count turns, and discrete variables, at the start of the run."""
-        self.numbers[self.counters] = self.system.tables.numbers[self.counters]
+        counters = list(self.system.tables.counters)
+        self.numbers[counters] = self.system.tables.numbers[counters]
         if self.tol is not None and self.events.set is not None:
             for at, value in self.events.set.numbers().items():
                 self.numbers[at] = value

@@ -13,6 +13,7 @@ from mbdsl.integrators.loop import linear_solve, sparse_lu, step_control
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.compiled_loop import controls_locally
 from mbdsl.integrators.loop.coupled_correction import BLOCKS
+from mbdsl.integrators.loop.run_data import CHANGED
 from mbdsl.integrators.loop.thinned_records import LEAST
 from mbdsl.integrators.method import Method
 from mbdsl.integrators.options import check_options
@@ -234,6 +235,12 @@ class RunState:
         end = S.REALS + self.integers[S.NOTED] * width
         return self.reals[S.REALS : end].reshape(-1, width)
 
+    def state_of_steps(self) -> list[Array]:
+        """What steps change, as views: the buffers without the records."""
+        end = S.REALS + self.integers[S.NOTES] * (1 + self.system.n + self.system.unknowns)
+        others = [getattr(self, name) for name in CHANGED if name != "reals"]
+        return [self.reals[: S.REALS], self.reals[end:], *others]
+
     def record_from(self, state: Array) -> None:
         """Begin the records with a state that is kept."""
         self.integers[S.NOTED] = 1
@@ -282,15 +289,8 @@ class RunState:
         system.activate(self.left_out)
         for name, at in system.tables.inputs.items():
             system.set_input(name, self.numbers[at])
-        for at in self.counters:
+        for at in system.tables.counters:
             system.set_number(at, self.numbers[at])
-
-    @property
-    def counters(self) -> list[int]:
-        """Offsets in ``numbers`` of the angles whose turns are counted, and of values at the start."""
-        tables = self.system.tables
-        counted = [at for places in tables.angles.values() for at in places]
-        return [*(b.counter for b in tables.models.values() if b.counter >= 0), *counted, *tables.starts.values()]
 
     @property
     def turns(self) -> Turns:

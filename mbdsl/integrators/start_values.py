@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 
@@ -29,7 +30,7 @@ def rate(after: Callable[[float], Array], now: Array, e: float) -> Array:
 
 def applied(system: System, t: float, q: Array, v: Array, lam: Array) -> Array:
     """fa = M^{-1} Q (n,), where Q contains the forces of nonholonomic constraints."""
-    force = system.evaluate(t, q, v, lam)[0] + system.constraint_force(t, q, lam[: system.m])
+    force = system.applied_force(t, q, v, lam)
     return system.solve_mass(t, q, force)
 
 
@@ -38,6 +39,7 @@ def rates(
 ) -> tuple[Array, Array, Array]:
     """fa, the rate of a and the rate of fa, (n,) each; the rates by differences over the time e."""
 
+    @cache
     def motion(s: float) -> tuple[Array, Array]:
         return system.moved(q, s * v, s * s / 2 * a), v + s * a
 

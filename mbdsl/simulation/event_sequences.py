@@ -55,14 +55,14 @@ class Compared(NamedTuple):
 
 def sequence(events: EventSet) -> list[Event]:
     """All events of a run, but for ticks in compiled code, which are exact."""
-    found = [
-        Event(x.t, kind(branch, events.events), f"{branch.span.file}:{branch.span.line}" if branch.span else "")
-        for x in events.acted
-        for branch in x.branches
-    ]
-    for own, zero, rises, falls in _watched(events):
-        if own in events.names:
-            found += _changes(events, own, zero, rises, falls)
+    own = {
+        id(branch): (kind(branch, events.events), f"{branch.span.file}:{branch.span.line}" if branch.span else "")
+        for branch in events.events.branches
+    }
+    found = [Event(x.t, *own[id(branch)]) for x in events.acted for branch in x.branches]
+    for name, zero, rises, falls in _watched(events):
+        if name in events.names:
+            found += _changes(events, name, zero, rises, falls)
     return sorted(found, key=lambda x: (x.t, ORDER.get(x.kind, ""), x.source))
 
 

@@ -135,8 +135,10 @@ def _fill(tables: Tables, size: float | None) -> None:
     forces = dict.fromkeys(
         x for b in tables.blocks if b.role == "law" for c in b.components for x in law_expressions(c)
     )
-    for x in (*scene.conditions, *(input_signal(name) for joint in scene.sticking for name in joint.held)):
-        tape.add(x)
+    conditions = [tape.add(x) for x in scene.conditions]
+    for joint in scene.sticking:
+        for name in joint.held:
+            tape.add(input_signal(name))
     tables.values = list(dict.fromkeys(tape.roots))
     tables.switches = switches.find(forces, (x for x in dict.fromkeys(tape.roots) if x not in forces))
     tables.quantities = switches.tabulate(tables.switches, buffers, tape)
@@ -145,6 +147,7 @@ def _fill(tables: Tables, size: float | None) -> None:
     _fill_tape(buffers, tape, later, lambda known: clock_tables.tabulate(scene.events, actions, tape, known, buffers))
     for node, register in tape.angles.items():
         tables.angles.setdefault(node, []).append(layout[L.REGISTERS] + register)
+    tables.conditions = layout[L.REGISTERS] + np.array(conditions, np.int64)
     tables.starts = {node: layout[L.REGISTERS] + register for node, register in tape.begun.items()}
     counted = [at for places in tables.angles.values() for at in places]
     layout[L.OF_MULTIPLIERS] = int(tables.of_multipliers)

@@ -13,8 +13,8 @@ of steps turn back close to zero.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,6 +50,10 @@ FEW = 8
 NARROW, MOST_KNOTS = 1e-2, 32
 #: most comparisons in a condition, and operations in an argument, that are examined
 MOST_COMPARED, MOST_NODES = 16, 500
+
+
+#: t (N,), q, v (N, n) and lam (N, m + p)
+States: TypeAlias = tuple[Array, Array, Array, Array]
 
 
 class Approach(NamedTuple):
@@ -138,21 +142,28 @@ def of_positions(g: Expr) -> bool:
 
 
 class _Course:
-    """An argument y at the ends of steps (N,), and its cubic within each of the N - 1 steps:
+    """Arguments y (k, N) at the ends of steps h (N - 1,), and their cubics within the steps:
     y + x (r0 + x (c2 + x c3)) with x from 0 to 1."""
 
-    def __init__(self, t: Array, h: Array, q: Array, v: Array, y: Array, rate: Array) -> None:
-        self.t, self.h, self.q, self.v, self.y, self.rate = t, h, q, v, y, rate
-        dy, self.r0, r1 = np.diff(y), h * rate[:-1], h * rate[1:]
+    def __init__(self, h: Array, y: Array, rate: Array) -> None:
+        self.h, self.y, self.rate = h, y, rate
+        dy, self.r0, r1 = np.diff(y), h * rate[:, :-1], h * rate[:, 1:]
         self.c2, self.c3 = 3.0 * dy - 2.0 * self.r0 - r1, self.r0 + r1 - 2.0 * dy
         self.bend, self.third = (2.0 * self.c2 + 6.0 * self.c3) / h**2, 6.0 * self.c3 / h**3  # at the ends of steps
 
-    def leave_out_rounding(self, noise: float) -> None:
-        """Take second and third derivatives at the end of a step from the step before, if they are rounding errors;
-        ``noise`` is that of y, and rates are differences of y over the part APART of a step."""
-        good = 0.1 * np.abs(self.bend) * self.h**2 * APART > 4.0 * noise
-        last = np.maximum.accumulate(np.where(good, np.arange(len(good)), -1))
-        self.bend, self.third = (np.where(last < 0, np.nan, x[last]) for x in (self.bend, self.third))
+    def leave_out_rounding(self, which: NDArray[np.bool_], noise: Array) -> None:
+        """Of the arguments ``which`` (k,), take second and third derivatives at the end of a step from the step before,
+        if they are rounding errors; ``noise`` (k,) is that of y, and rates are differences of y over the part APART of
+        a step."""
+        good = 0.1 * np.abs(self.bend) * self.h**2 * APART > 4.0 * noise[:, None]
+        last = np.maximum.accumulate(np.where(good, np.arange(good.shape[1]), -1), axis=1)
+        for x in (self.bend, self.third):
+            x[which] = np.where(last < 0, np.nan, np.take_along_axis(x, np.maximum(last, 0), axis=1))[which]
+
+    @property
+    def last(self) -> tuple[Array, Array, Array, Array]:
+        """The values at the end of the last step, and their three derivatives."""
+        return self.y[:, -1], self.rate[:, -1], self.bend[:, -1], self.third[:, -1]
 
 
 class Approaches:
@@ -170,15 +181,18 @@ class Approaches:
         #: rigid contacts by the numbers of their gaps
         self.contacts = {self.arguments.index(c.gap): c for c in system.scene.contacts if c.gap in self.arguments}
         self.of_events = frozenset(k for k, g in enumerate(self.arguments) if g in own)  #: numbers of their arguments
-        self._of_velocities = [k for k, g in enumerate(self.arguments) if not of_positions(g)]
+        self._of_positions = np.array([of_positions(g) for g in self.arguments], bool)
+        self._rigid = np.array([k in self.contacts for k in range(len(self.arguments))], bool)
+        self._of_reactions = [any(x.op == "multiplier" for x in leaves(g)) for g in self.arguments]
         self._roots = self.arguments + [der(g) if of_positions(g) else const(np.nan) for g in self.arguments]
+        self._order, self._orders = walk(*self._roots), [walk(g) for g in self.arguments]
         self._most = max(16, min(MOST, NUMBERS // max(1, system.n)))
 
     def add(
         self,
         found: list[Approach],
         past: Array,
-        rows: tuple[Array, Array, Array, Array],
+        rows: States,
         inputs: Mapping[str, float],
         left_out: tuple[int, ...] = (),
     ) -> None:
@@ -198,138 +212,135 @@ class Approaches:
         """
         t, q, v, lam = rows
         given = {name: np.full(len(t), value) for name, value in inputs.items()}
-        known = np.array(values(self.system, self._roots, t, q, v, lam, given))
-        count, h = len(self.arguments), np.diff(t)
-        sizes = np.fmax(past[4], np.abs(known[:count]).max(axis=1))
-        near = {
-            k: _turning(np.append(past[0, k], known[k]), CLOSE * sizes[k]) if known[k].any() else np.zeros(0, np.int64)
-            for k in self._of_velocities  # the reaction of an open contact is zero
-        }
-        a = self._accelerations(near.values(), rows, inputs, left_out)
+        known = np.array(values(self.system, self._roots, t, q, v, lam, given, self._order))
+        (y, rate), h = np.split(known, 2), np.diff(t)
+        sizes = np.fmax(past[4], np.abs(y).max(axis=1))
+        apart, zero = ~self._of_positions, ~y.any(axis=1)  # the reaction of an open contact is zero
+        near = np.zeros(y.shape, bool)
         with np.errstate(all="ignore"):
-            far = _far(h, known[:count], known[count:], past[0], CLOSE * sizes)
-            for k, (y, rate) in enumerate(zip(known[:count], known[count:], strict=True)):
-                largest = sizes[k]
-                if k in near and not y.any():
-                    past[:, k] = 0.0, np.nan, np.nan, np.nan, largest
-                    continue
-                if k not in near and far[k]:
-                    last = _Course(t[-2:], h[-1:], q[-2:], v[-2:], y[-2:], rate[-2:])
-                    past[:, k] = y[-1], rate[-1], last.bend[-1], last.third[-1], largest
-                    continue
-                if k in near and len(near[k]):
-                    rate[near[k]] = self._rates(k, near[k], a, rows, inputs, left_out)
-                before = past[:, k].copy()
-                course = _Course(t, h, q, v, y, rate)
-                if k in near:
-                    course.leave_out_rounding(EPS * largest)
-                past[:, k] = y[-1], rate[-1], course.bend[-1], course.third[-1], largest
-                self._turns(found, k, course, before[3], largest)
-                self._crossings(found, k, course, before, largest)
+            if (own := np.flatnonzero(apart & ~zero)).size:
+                near[own] = _turning(np.append(past[0, own, None], y[own], axis=1), CLOSE * sizes[own])
+                if near.any():
+                    self._add_rates(rate, near, rows, inputs, left_out)
+            far = ~apart & _far(h, y, rate, past[0], CLOSE * sizes)
+            which = np.flatnonzero(~(far | (apart & zero)))
+            before, on = past[:, which], _Course(h, y[which], rate[which])
+            if apart[which].any():
+                on.leave_out_rounding(apart[which], EPS * sizes[which])
+            if len(which) < len(y):
+                past[:4] = _Course(h[-1:], y[:, -2:], rate[:, -2:]).last
+            past[:4, which], past[4] = on.last, sizes
+            past[:4, apart & zero] = np.array([[0.0], [np.nan], [np.nan], [np.nan]])
+            turns = self._turns(which, on, before[3], sizes[which], rows)
+            found += sorted([*turns, *self._crossings(which, on, before, sizes[which], rows)], key=lambda x: x.number)
         if len(found) > 2 * self._most:
             found.sort(key=lambda x: abs(x.d) / past[4, x.number])
             del found[self._most :]
             found.sort(key=lambda x: x.t)
 
-    def _turns(self, found: list[Approach], k: int, on: _Course, third: float, largest: float) -> None:
-        """Add the turning points within steps that do not cross; ``third`` is the last third derivative before."""
-        positions, h, y = k not in self._of_velocities, on.h, on.y
-        least = 0.0 if positions else AT_SWITCH * largest
-        change = np.abs(np.diff(on.third, prepend=third))
-        error = h**3 / 384.0 * np.fmin(np.fmin(change, np.append(change[1:], np.inf)), np.abs(on.third))
-        side = np.where(y[:-1] != 0.0, np.sign(y[:-1]), np.sign(on.r0))
+    def _turns(self, which: Integers, on: _Course, third: Array, largest: Array, rows: States) -> Iterator[Approach]:
+        """The turning points within steps that do not cross, of the arguments ``which`` (k,); ``third`` (k,) is the
+        last third derivative before, and ``largest`` (k,) the largest value so far."""
+        (t, q, v, _), h, y = rows, on.h, on.y
+        positions, free = self._of_positions[which, None], ~self._rigid[which, None]
+        side = np.where(y[:, :-1] != 0.0, np.sign(y[:, :-1]), np.sign(on.r0))
         x, turns = _minimum(side * on.r0, side * on.c2, side * on.c3)
-        d = side * (y[:-1] + x * (on.r0 + x * (on.c2 + x * on.c3)))
-        stays = (side * y[1:] >= least) & (side * y[:-1] >= least) & self._is_side(k, side)
-        if k in self.contacts:  # a closed gap, and one that opens or closes, turns by rounding
-            rounding = ROUNDED * self.system.tables.size
-            turns &= (d > rounding) | (np.abs(y[:-1] - d) > rounding) | (np.abs(y[1:] - d) > rounding)
-        for i in np.flatnonzero(turns & stays & (np.abs(d) <= CLOSE * largest)).tolist():
-            at, q, v = x[i], on.q, on.v
+        if not turns.any():
+            return
+        d = side * (y[:, :-1] + x * (on.r0 + x * (on.c2 + x * on.c3)))
+        least = np.where(positions, 0.0, AT_SWITCH * largest[:, None])
+        turns &= (side * y[:, 1:] >= least) & (side * y[:, :-1] >= least) & ((side > 0.0) | free)
+        # a closed gap, and one that opens or closes, turns by rounding; and gaps below zero are rounding errors
+        rounding = ROUNDED * self.system.tables.size
+        clear = (d > rounding) | (np.abs(y[:, :-1] - d) > rounding) | (np.abs(y[:, 1:] - d) > rounding)
+        turns &= (clear | free) & (np.abs(d) <= CLOSE * largest[:, None])
+        change = np.abs(np.diff(on.third, prepend=third[:, None]))
+        behind = np.append(change[:, 1:], np.full((len(which), 1), np.inf), axis=1)
+        error = h**3 / 384.0 * np.fmin(np.fmin(change, behind), np.abs(on.third))
+        for k, i in np.argwhere(turns).tolist():
+            at = x[k, i]
             dq, a, b = q[i + 1] - q[i], h[i] * v[i], h[i] * v[i + 1]
             c, e = 3.0 * dq - 2.0 * a - b, a + b - 2.0 * dq
             state = [*q[i] + at * (a + at * (c + at * e)), *(a + at * (2.0 * c + at * 3.0 * e)) / h[i]]
             if self.system.scene.spatial:
                 state = [*q[i + round(at)], *v[i + round(at)]]
-            curvature = abs(2.0 * on.c2[i] + 6.0 * at * on.c3[i]) / h[i] ** 2
+            curvature = abs(2.0 * on.c2[k, i] + 6.0 * at * on.c3[k, i]) / h[i] ** 2
             # behind zero within a step that did not meet the condition: as uncertain as it is deep
-            off = max(error[i], 0.0 if positions else -d[i])
-            found.append(_approach(k, on.t[i] + at * h[i], side[i], d[i], curvature, off, state))
+            off = max(error[k, i], 0.0 if positions[k] else -d[k, i])
+            yield _approach(int(which[k]), t[i] + at * h[i], side[k, i], d[k, i], curvature, off, state)
 
-    def _crossings(self, found: list[Approach], k: int, on: _Course, before: Array, largest: float) -> None:
-        """Add crossings between consecutive rows, beginning with the last row of the previous call: ``before`` is its
-        column of ``past``."""
-        y, positions = on.y, k not in self._of_velocities
-        value, slope = np.append(before[0], y[:-1]), np.append(before[1], on.rate[:-1])
-        bends, jerks = (np.concatenate([[z, z], x[:-1]]) for z, x in ((before[2], on.bend), (before[3], on.third)))
+    def _crossings(
+        self, which: Integers, on: _Course, before: Array, largest: Array, rows: States
+    ) -> Iterator[Approach]:
+        """The crossings between consecutive rows, beginning with the last row of the previous call: ``before`` (5, k)
+        is its part of ``past``."""
+        (t, q, v, _), y = rows, on.y
+        value = np.append(before[0, :, None], y[:, :-1], axis=1)
         side = np.sign(value)
+        crosses = side * y < 0.0
+        if not crosses.any():
+            return
+        slope = np.append(before[1, :, None], on.rate[:, :-1], axis=1)
+        bends, jerks = (
+            np.concatenate([z[:, None], z[:, None], x[:, :-1]], axis=1)
+            for z, x in ((before[2], on.bend), (before[3], on.third))
+        )
         slope, bends = side * slope, side * bends
         d = side * value - slope**2 / (2.0 * bends)
-        crosses = (side * y < 0.0) & (slope < 0.0) & (bends > 0.0) & (np.abs(d) <= CLOSE * largest)
-        crosses &= self._is_side(k, side)
-        for i in np.flatnonzero(crosses).tolist():
-            j = max(i - 1, 0)
-            curvature = side[i] * self._second(k, on.t[j], on.q[j], on.v[j]) if i and positions else bends[i]
+        crosses &= (slope < 0.0) & (bends > 0.0) & (np.abs(d) <= CLOSE * largest[:, None])
+        crosses &= (side > 0.0) | ~self._rigid[which, None]
+        for k, i in np.argwhere(crosses).tolist():
+            j, number = max(i - 1, 0), int(which[k])
+            curvature, own = bends[k, i], side[k, i]
+            if i and self._of_positions[number]:
+                curvature = own * self._second(number, t[j], q[j], v[j])
             if curvature > 0.0:
                 # at least so deep, if the third derivative, perhaps that of another contact, pushes back
-                third = abs(jerks[i])
-                rest = -2.0 * slope[i] / (curvature + np.sqrt(curvature**2 - 2.0 * third * slope[i]))
-                d_i = side[i] * value[i] + rest * (slope[i] + rest * (0.5 * curvature + rest * third / 6.0))
-                d_i = min(d_i, side[i] * y[i])
-                found.append(_approach(k, on.t[j], side[i], d_i, curvature, 0.0, [*on.q[j], *on.v[j]]))
+                third, falls = abs(jerks[k, i]), slope[k, i]
+                rest = -2.0 * falls / (curvature + np.sqrt(curvature**2 - 2.0 * third * falls))
+                deep = own * value[k, i] + rest * (falls + rest * (0.5 * curvature + rest * third / 6.0))
+                yield _approach(number, t[j], own, min(deep, own * y[k, i]), curvature, 0.0, [*q[j], *v[j]])
 
-    def _is_side(self, k: int, side: Array) -> NDArray[np.bool_]:
-        """Whether there is motion on this side of zero: gaps of rigid contacts below zero are rounding errors."""
-        return (side > 0.0) | (k not in self.contacts)
-
-    def _rates(
-        self,
-        k: int,
-        at: Integers,
-        a: Array,
-        rows: tuple[Array, Array, Array, Array],
-        inputs: Mapping[str, float],
-        left_out: tuple[int, ...],
-    ) -> Array:
-        """The time derivatives of argument k at the rows ``at`` with accelerations a (N, n), by central differences
+    def _add_rates(
+        self, rate: Array, near: NDArray[np.bool_], rows: States, inputs: Mapping[str, float], left_out: tuple[int, ...]
+    ) -> None:
+        """Enter the time derivatives of arguments at the rows ``near`` (k, N) into ``rate``, by central differences
         along the motion; nan where there are no accelerations."""
-        system, g, (t, q, v, _) = self.system, self.arguments[k], rows
-        h, of_reactions = np.diff(t), any(x.op == "multiplier" for x in leaves(g))
-        dt, given = APART * h[np.minimum(at, len(h) - 1)], {x: np.full(len(at), value) for x, value in inputs.items()}
-        t, q, v, a, ends = t[at], q[at], v[at], a[at], []
-        for s in (-dt[:, None], dt[:, None]):
-            there = t + s[:, 0], system.moved(q, s * v, 0.5 * s * s * a), v + s * a
-            lam = np.zeros((len(at), system.m + system.p))
-            for i in np.flatnonzero(np.isfinite(a).all(axis=1)).tolist() if of_reactions else ():
-                try:
-                    lam[i] = accelerations(system, there[0][i], there[1][i], there[2][i], left_out)[1]
-                except InitialisationError:
-                    lam[i] = np.nan
-            ends.append(values(system, [g], *there, lam, given)[0])
-        return (ends[1] - ends[0]) / (2.0 * dt)
+        system, (t, q, v, _) = self.system, rows
+        which, at, h = np.flatnonzero(near.any(axis=1)).tolist(), np.flatnonzero(near.any(axis=0)), np.diff(t)
+        dt, a, count = APART * h[np.minimum(at, len(h) - 1)], self._accelerations(at, rows, inputs, left_out), len(at)
+        s = np.append(-dt, dt)[:, None]
+        t, q, v, a = (np.concatenate([x, x]) for x in (t[at], q[at], v[at], a))
+        t, q, v = t + s[:, 0], system.moved(q, s * v, 0.5 * s * s * a), v + s * a
+        lam = np.zeros((2 * count, rows[3].shape[1]))
+        of_reactions = near[np.ix_([k for k in which if self._of_reactions[k]], at)].any(axis=0)
+        for i in np.flatnonzero(np.tile(of_reactions, 2) & np.isfinite(a).all(axis=1)).tolist():
+            try:
+                lam[i] = accelerations(system, t[i], q[i], v[i], left_out)[1]
+            except InitialisationError:
+                lam[i] = np.nan
+        order = list(dict.fromkeys(x for k in which for x in self._orders[k]))
+        given = {x: np.full(2 * count, value) for x, value in inputs.items()}
+        ends = values(system, [self.arguments[k] for k in which], t, q, v, lam, given, order)
+        for k, x in zip(which, ends, strict=True):
+            rate[k, near[k]] = ((x[count:] - x[:count]) / (2.0 * dt))[near[k, at]]
 
     def _accelerations(
-        self,
-        rows: Iterable[Integers],
-        states: tuple[Array, Array, Array, Array],
-        inputs: Mapping[str, float],
-        left_out: tuple[int, ...],
+        self, at: Integers, states: States, inputs: Mapping[str, float], left_out: tuple[int, ...]
     ) -> Array:
-        """Those (N, n) at the ``rows`` of ``states``; nan at others, and where there are none."""
+        """Those (k, n) at the rows ``at`` (k,) of ``states``; nan where there are none."""
         system, (t, q, v, _) = self.system, states
-        at, found = np.unique(np.concatenate([np.zeros(0, np.int64), *rows])), np.full_like(q, np.nan)
-        if not len(at):
-            return found
+        found, done = np.full((len(at), system.n), np.nan), np.zeros(len(at), bool)
         numbers = {system.tables.inputs[x]: np.full(len(at), value) for x, value in inputs.items()}
         together = sampled(system, t[at], q[at], v[at], left_out, numbers, FEW)
-        done = np.zeros(len(at), bool)
         if together is not None:
-            found[at], _, done = together
-        for i in at[~done].tolist():
+            found, _, done = together
+        for k in np.flatnonzero(~done).tolist():
+            i = at[k]
             try:
-                found[i] = accelerations(system, t[i], q[i], v[i], left_out)[0]
+                found[k] = accelerations(system, t[i], q[i], v[i], left_out)[0]
             except InitialisationError:
-                found[i] = np.nan
+                found[k] = np.nan
         return found
 
     def _second(self, number: int, t: float, q: Array, v: Array) -> float:
@@ -358,24 +369,23 @@ def _far(h: Array, y: Array, rate: Array, before: Array, near: Array) -> NDArray
     return (above & ~(before < 0.0)) | (below & ~(before > 0.0))
 
 
-def _turning(y: Array, near: float) -> Integers:
-    """The ends of steps (of y without its first entry, which precedes them) where an argument turns back or changes its
-    sign within ``near`` of zero, their neighbours, and close ends at the border of the search."""
-    slope = np.diff(y)
-    turns, crosses = np.zeros(len(y), bool), np.zeros(len(y), bool)
-    turns[1:-1] = slope[:-1] * slope[1:] <= 0.0
-    turns[:3] = turns[-3:] = True
-    crosses[1:-1] = (y[:-2] * y[1:-1] < 0.0) | (y[1:-1] * y[2:] < 0.0)
-    close = (np.abs(y) <= near) & (y != 0.0)
-    found: list[Integers] = []
-    for kind in (turns & close, crosses & close & ~turns):  # the closest of each
-        at = np.flatnonzero(kind)
-        found.append(at[np.argsort(np.abs(y[at]), kind="stable")[: MOST_RATES // 2]])
-    at = np.concatenate(found)
-    wide = np.zeros(len(y) + 3, bool)
-    for k in range(4):  # with both neighbours, and the one before, which crossings need
-        wide[at + k] = True
-    return np.flatnonzero(wide[2 : len(y) + 2][1:])
+def _turning(y: Array, near: Array) -> NDArray[np.bool_]:
+    """The ends of steps (of y (k, N + 1) without its first column, which precedes them) where arguments turn back or
+    change their sign within ``near`` (k,) of zero, their neighbours, and close ends at the border of the search."""
+    slope, (count, columns) = np.diff(y), y.shape
+    turns, crosses = np.zeros(y.shape, bool), np.zeros(y.shape, bool)
+    turns[:, 1:-1] = slope[:, :-1] * slope[:, 1:] <= 0.0
+    turns[:, :3] = turns[:, -3:] = True
+    crosses[:, 1:-1] = (y[:, :-2] * y[:, 1:-1] < 0.0) | (y[:, 1:-1] * y[:, 2:] < 0.0)
+    close = (np.abs(y) <= near[:, None]) & (y != 0.0)
+    wide, few = np.zeros((count, columns + 3), bool), MOST_RATES // 2
+    for kind in (turns & close, crosses & close & ~turns):
+        for k in np.flatnonzero(kind.sum(axis=1) > few).tolist():  # the closest of each
+            at = np.flatnonzero(kind[k])
+            kind[k, at[np.argsort(np.abs(y[k, at]), kind="stable")[few:]]] = False
+        for k in range(4):  # with both neighbours, and the one before, which crossings need
+            wide[:, k : k + columns] |= kind
+    return wide[:, 3 : columns + 2]
 
 
 def _minimum(c1: Array, c2: Array, c3: Array) -> tuple[Array, NDArray[np.bool_]]:

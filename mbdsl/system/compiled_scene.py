@@ -158,10 +158,15 @@ class CompiledScene:
             A[:, own] = A[:, own] @ R
         return A
 
-    def _at(self, t: float, q, v=None, lam=None, mu=None) -> Workspace:
+    @property
+    def buffers(self) -> Workspace:
+        """The buffers in which states are evaluated."""
         if self._work is None:
             self._work = self.workspace()
-        w = self._work
+        return self._work
+
+    def _at(self, t: float, q, v=None, lam=None, mu=None) -> Workspace:
+        w = self.buffers
         n = self.n
         w.vectors[L.POSITION, :n] = self.into_charts(q, w.numbers)
         w.vectors[L.VELOCITY, :n] = 0.0 if v is None else v
@@ -180,7 +185,7 @@ class CompiledScene:
         """Set the value at the start of an angle that counts turns, or of an expression."""
         self.tables.first_angles[node] = value
         if node in self.tables.starts:
-            for name in ("laws", "searched_laws", "searched_angles"):
+            for name in ("laws", "searched_laws", "searched_angles", "switches_at_rest"):
                 vars(self).pop(name, None)
         places = [self.tables.starts[node]] if node in self.tables.starts else self.tables.angles.get(node, ())
         for at in places:
@@ -194,16 +199,12 @@ class CompiledScene:
 
     def set_number(self, at: int, value: float) -> None:
         """Set an entry of ``numbers`` for all later evaluations."""
-        if self._work is None:
-            self._work = self.workspace()
-        self._work.numbers[at] = value
+        self.buffers.numbers[at] = value
 
     def activate(self, left_out: Collection[int]) -> None:
         """Let those rows that hold at times only act in all later evaluations that are not among ``left_out``."""
         if self.tables.switchable:
-            if self._work is None:
-                self._work = self.workspace()
-            self.mark_switchable(self._work.layout, left_out)
+            self.mark_switchable(self.buffers.layout, left_out)
 
     def mark_switchable(self, layout: Integers, left_out: Collection[int]) -> None:
         """Mark in ``layout`` which of the rows that hold at times only are left out."""
@@ -221,9 +222,7 @@ class CompiledScene:
         """Count revolutions up to the accepted state q (n,), the ``start`` of a motion or the end of a step."""
         for name, body in self.tables.models.items():
             if body.counter >= 0:
-                if self._work is None:
-                    self._work = self.workspace()
-                d, last = self.tables.coordinates[name], float(self._work.numbers[body.counter])
+                d, last = self.tables.coordinates[name], float(self.buffers.numbers[body.counter])
                 own = q[None, d : d + body.n]
                 angle = float(body.turned(last, own, own)[0])
                 if start:

@@ -78,8 +78,7 @@ class Index1:
             force = work.vectors[L.FORCE, :n].copy()
             K = self._matrix(t, 1.0)
             if gamma is None:
-                rate = system.matrix(system.entries(t, cN=1.0, cW=1.0))
-                gamma = -(rate[n:, :n] @ np.asarray(v)) - system.in_time()
+                gamma = system.gamma_c_here(np.asarray(v), system.entries(t, cN=1.0, cW=1.0))
             # forces are linearised about lam, and the unknown is its change
             x = self._solve(K, np.concatenate([force, gamma])[self._kept])
             change = np.zeros(n + len(lam))

@@ -132,12 +132,13 @@ class OnTheWay:
         return {x: _position(x) if x.op == "coordinate" else None for x in own if x.op != "input"}
 
     @cached_property
-    def _states(self) -> tuple[list[tuple[Expr, Expr]], list[Expr], dict[Expr, int]]:
-        """Positions and rates, other leaves except time, and the place of each leaf in the list of all, time last."""
+    def _states(self) -> tuple[list[tuple[Expr, Expr]], list[Expr], list[Expr], dict[Expr, int]]:
+        """Positions and rates; these and other leaves except time; the nodes of all in order; and the place of each
+        leaf in the list of all, time last."""
         moving = list(dict.fromkeys(x for x in self._motions.values() if x is not None))
         others = [x for x, motion in self._motions.items() if motion is None and x.op != "time"]
-        known = [*(x for both in moving for x in both), *others, TIME]
-        return moving, others, {x: known.index(x) for x in self._motions}
+        known = [*(x for both in moving for x in both), *others]
+        return moving, known, walk(*known), {x: [*known, TIME].index(x) for x in self._motions}
 
     @cached_property
     def _sizes(self) -> Array:
@@ -236,8 +237,8 @@ class OnTheWay:
 
     def _of_states(self, t: Array, q: Array, v: Array, lam: Array) -> dict[Expr, Array]:
         """The same for the leaves that the states determine."""
-        moving, others, places = self._states
-        known = values(self._system, [*(x for both in moving for x in both), *others], t, q, v, lam)
+        moving, roots, order, places = self._states
+        known = values(self._system, roots, t, q, v, lam, None, order)
         at, count = np.array([*known, t]), 2 * len(moving)
         p, r, h = at[0:count:2], at[1:count:2], np.diff(t)
         way, r0, r1 = np.diff(p, axis=1), h * r[:, :-1], h * r[:, 1:]

@@ -22,7 +22,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from numpy import floor
@@ -61,6 +61,11 @@ class Switch:
     node: Expr
     guards: tuple[tuple[Expr, bool], ...] = ()
     of_force: bool = True
+
+    @cached_property
+    def leaves(self) -> list[Expr]:
+        """The leaves of its expression."""
+        return leaves(self.node)
 
     @property
     def is_corner(self) -> bool:
@@ -241,11 +246,11 @@ def signature(numbers, layout):
     return found
 
 
-def combined(S: Iterable[int]) -> int:
+def combined(S: NDArray[np.int64]) -> int:
     """The signature of states."""
     found = 0
-    for k in S:
-        found = (found * BASE + int(k) % PRIME) % PRIME
+    for k in S.tolist():
+        found = (found * BASE + k) % PRIME
     return found
 
 

@@ -14,6 +14,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mbdsl.expressions.symbolic import Expr, const, substitute
 from mbdsl.kernels import buffer_layout as L
@@ -30,6 +31,7 @@ from mbdsl.system.build_tables import build_tables
 from mbdsl.system.compiled_scene import CompiledScene
 from mbdsl.system.massless import massless
 from mbdsl.system.peaks_in_time import Replayed, Zone, time_zones
+from mbdsl.system.switches import Switch
 from mbdsl.system.time_derivatives import TimeTerms
 from mbdsl.system.time_events import time_events
 
@@ -117,6 +119,11 @@ class System(CompiledScene):
         """Phi_q^T mu (n,)."""
         return self._at(t, q, mu=mu).vectors[L.FORCE2, : self.n].copy()
 
+    def applied_force(self, t: float, q, v, lam) -> Array:
+        """Q - Gam_v^T nu (n,): f without the forces of the holonomic constraints."""
+        vectors = self._at(t, q, v, lam, lam[: self.m]).vectors
+        return vectors[L.FORCE, : self.n] + vectors[L.FORCE2, : self.n]
+
     def gradient_table(self) -> Array:
         """Rows of the gradient table (see :mod:`mbdsl.kernels.buffer_layout`) at the last state evaluated."""
         assert self._work is not None
@@ -174,11 +181,11 @@ class System(CompiledScene):
     def matrix(self, entries: Array) -> Array | csr_array:
         """A new matrix with these entries (size,), dense up to ``DENSE_LIMIT`` unknowns."""
         size = self.unknowns
-        rows, columns = self.tables.pattern
         if size <= DENSE_LIMIT:
-            return self._in_body_axes(np.bincount(rows * size + columns, entries, size * size).reshape(size, size))
+            return self._in_body_axes(np.bincount(self._places, entries, size * size).reshape(size, size))
         from scipy.sparse import csr_array
 
+        rows, columns = self.tables.pattern
         A = csr_array((entries.copy(), (rows, columns)), shape=(size, size))
         if not len(self.tables.rotations):
             return A
@@ -189,6 +196,12 @@ class System(CompiledScene):
         for d, at in self.tables.rotations:
             W[d : d + 3, d : d + 3] = work.numbers[at : at + 9].reshape(3, 3)
         return csr_array(W.T @ A @ W.tocsr())
+
+    @cached_property
+    def _places(self) -> Integers:
+        """The places of entries (size,) in a dense matrix, row by row."""
+        rows, columns = self.tables.pattern
+        return rows * self.unknowns + columns
 
     def force(self) -> Array:
         """f = Q - Phi_q^T lam - Gam_v^T nu (n,) at the state of the last tangent."""
@@ -226,12 +239,14 @@ class System(CompiledScene):
         gamma_c = -(Phi_q v)_q v - Phi_tt, then -Gam_q v - Gam_t.
         """
         self._at(t, q, v).vectors[L.UNKNOWN, : self.n] = 0.0
-        return self.gamma_c_here(t, np.asarray(v, float))
+        return self.gamma_c_here(np.asarray(v, float), self.entries(t, cN=1.0, cW=1.0))
 
-    def gamma_c_here(self, t: float, v: Array) -> Array:
-        """The same at the last evaluated state, whose velocities are v."""
-        # also runs the gradient tape, which holds u'' and Gam_t
-        rate = self.matrix(self.entries(t, cN=1.0, cW=1.0))[self.n :, : self.n] @ v
+    def gamma_c_here(self, v: Array, entries: Array) -> Array:
+        """The same at the last evaluated state, whose velocities are v, from the entries of the last tangent, with the
+        factors cN = cW = 1 and cP = cV = 0.
+        """
+        # the tangent also runs the gradient tape, which holds u'' and Gam_t
+        rate = self.matrix(entries)[self.n :, : self.n] @ v
         return -rate - self.in_time()
 
     def in_time(self) -> Array:
@@ -255,6 +270,10 @@ class System(CompiledScene):
         switches.compiled()(w.numbers, w.layout, found)
         return found.copy()
 
+    def conditions(self, t: float, q, v, lam=None) -> NDArray[np.bool_]:
+        """The truth of the conditions at whose changes something acts, in the order of ``scene.conditions``."""
+        return self._at(t, q, v, lam).numbers[self.tables.conditions] != 0.0
+
     def quantities(self) -> Array:
         """The quantity whose sign decides each switch, at the last evaluated state; see
         :func:`mbdsl.system.switches.quantity`."""
@@ -271,9 +290,12 @@ class System(CompiledScene):
         They are found if the expressions are piecewise linear in time, such as `time < 1 s`, tables over time,
         mod(time, 1 s) < 0.2 s. Changes of others, such as sin(time) < 0, show in :meth:`switches` only.
         """
-        chosen = [switch for switch in self.tables.switches if corners or not switch.is_corner]
-        chosen = [replace(switch, node=substitute(switch.node, self._at_rest)) for switch in chosen]
-        return time_events(chosen, t0, t1)
+        return time_events([x for x in self.switches_at_rest if corners or not x.is_corner], t0, t1)
+
+    @cached_property
+    def switches_at_rest(self) -> list[Switch]:
+        """The switches, with numbers in place of coordinates of frames at rest."""
+        return [replace(x, node=substitute(x.node, self._at_rest)) for x in self.tables.switches]
 
     def time_zones(self, t0: float, t1: float, longest: float = np.inf) -> Iterator[Zone]:
         """Zones between t0 and t1 [s] in which steps have to end because of functions of time; generated lazily.

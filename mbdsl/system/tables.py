@@ -58,6 +58,8 @@ class Tables:
     first_angles: dict[Expr, float] = field(default_factory=dict)
     switches: list[switches.Switch] = field(default_factory=list)
     quantities: list[tuple[Any, ...]] = field(default_factory=list)  #: that decide them
+    #: offsets in numbers of the truth of the scene's conditions
+    conditions: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
     values: list[Expr] = field(default_factory=list)  #: expressions of laws, drivers and nonholonomic constraints
     #: what is searched for peaks instead of some of them: of constraints by expression, the sum of the user's laws in
     #: them; of components along a path, ``searched`` of their values
@@ -97,6 +99,12 @@ class Tables:
         """The rows that hold joints while their friction sticks; no components of the scene."""
         joints = (c for b in self.blocks if b.role == "joint" for c in b.components)
         return {c.name: c for c in joints if c.name not in self.scene.components}
+
+    @cached_property
+    def counters(self) -> tuple[int, ...]:
+        """Offsets in ``numbers`` of the angles whose turns are counted, and of values at the start."""
+        counted = [at for places in self.angles.values() for at in places]
+        return (*(b.counter for b in self.models.values() if b.counter >= 0), *counted, *self.starts.values())
 
     @cached_property
     def switchable(self) -> tuple[int, ...]:

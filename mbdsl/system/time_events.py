@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Iterable, Iterator
+from functools import lru_cache
 from itertools import chain, pairwise
 
 import numpy as np
@@ -157,5 +158,11 @@ def _between(levels: Levels, a: float, b: float) -> Iterator[float]:
 
 def _at(x: Expr, t: float) -> float:
     with np.errstate(all="ignore"):
-        value = evaluate([x], lambda leaf: np.float64(t), ARRAY_OPERATIONS, table_value)
+        value = evaluate([x], lambda leaf: np.float64(t), ARRAY_OPERATIONS, table_value, order=_order(x))
     return float(value[0])
+
+
+@lru_cache(maxsize=64)
+def _order(x: Expr) -> list[Expr]:
+    """The nodes of an expression in order; those of the last expressions, each of which is evaluated many times."""
+    return walk(x)
