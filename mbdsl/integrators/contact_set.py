@@ -18,7 +18,7 @@ from mbdsl.integrators import contact_errors
 from mbdsl.integrators.friction_set import FrictionSet
 from mbdsl.integrators.rim_corners import RimCorners
 from mbdsl.integrators.shared_reactions import SharedReactions
-from mbdsl.integrators.touching import Touching, reduced, senses
+from mbdsl.integrators.touching import Touching, alike, reduced, senses
 from mbdsl.mechanism.contacts import (
     ALONG,
     ALONG_2,
@@ -68,14 +68,8 @@ OF_TOLERANCE, LEAST = 1e-3, 2e-14
 LOOSEST = 1e-5  #: tolerance that counts, of runs with fixed steps too
 VANISHED = 1e-7  #: acceleration by a reaction, relative to the largest of gaps and slips, at which a contact opens
 DEPENDS = 1e-10  #: relative pivot below which a row depends on others
-ROUGHLY = 1e-9  #: change of forces from one round of an event to the next, relative to them, that is rounding
 #: speed of slip that counts as rest: this part of the size of the mechanism over the run, and of its largest velocity
 SLIP_OF_SIZE, SLIP_OF_SPEED = 1e-9, 1e-10
-
-
-def _alike(x: Array, y: Array) -> bool:
-    """Whether two arrays differ by rounding alone."""
-    return bool(np.abs(x - y).max(initial=0.0) <= ROUGHLY * np.abs(y).max(initial=0.0))
 
 
 class ContactSet:
@@ -89,6 +83,10 @@ class ContactSet:
         Whether contacts that hold the same motion have got other shares of it.
     shared : list of (float, tuple of str)
         Times [s] at which contacts stick that hold the same motion, and their names.
+    read : SharedReactions
+        The laws and conditions that read reactions which contacts share.
+    corners : RimCorners
+        The corners of rigid cylinders.
     """
 
     def __init__(self, system: System) -> None:
@@ -365,7 +363,7 @@ class ContactSet:
         """The part (r,) of the forces P that is not that of the rows ``act`` alone, and the accelerations (r,); in
         further rounds of an event the same, which rounding would change, unless a round has changed the forces."""
         same, kept = (t, own.which.tolist(), modes), self._shared
-        if kept is not None and kept[0] == same and all(map(_alike, (b, laws.G), kept[3:])):
+        if kept is not None and kept[0] == same and all(map(alike, (b, laws.G), kept[3:])):
             self.eased = bool(kept[1].any())
             return kept[1:3]
         C = exerted(laws, modes, act)

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError, ModelError
 from mbdsl.expressions.symbolic import Expr, walk
+from mbdsl.integrators import noted_shares
 from mbdsl.integrators.contact_set import ContactSet
 from mbdsl.integrators.friction_set import FrictionSet
 from mbdsl.integrators.loop import loop_state as S
@@ -105,6 +106,8 @@ class EventSet:
         """Return to the start."""
         self.values = self.system.scene.discrete_starts
         self.inputs = {name: x.start for name, x in self.system.scene.inputs.items()}  #: values of the model's inputs
+        if self.contacts is not None:
+            self.contacts.read.inputs = self.inputs
         self._was = np.zeros(len(self._roots), bool)
         self.history: list[Array] = []
         self.ticked: list[Array] = []
@@ -522,6 +525,7 @@ class EventSet:
             "ticked": np.concatenate([np.empty((0, 2)), *self.ticked]),
             "acted": np.array(acted, float).reshape(-1, 2),
             "ended": self.ended,
+            "shares": noted_shares.saved(self.friction, self.contacts),
         }
 
     def restore(self, run: RunState, kept: Mapping[str, Any]) -> None:
@@ -533,6 +537,7 @@ class EventSet:
             If something is missing, or has a type, shape or range that is impossible in this run.
         """
         now, branches = self.saved(), self.events.branches
+        del now["shares"]
         for name, own in now.items():
             found = kept[name]
             if isinstance(own, str):
@@ -548,6 +553,7 @@ class EventSet:
             raise ValueError("a count of its clocks is impossible")
         if not ((acted[:, 1] >= 0) & (acted[:, 1] < len(branches))).all():
             raise ValueError("an event of it has no when-equation")
+        noted_shares.restore(self.system, self.friction, self.contacts, kept["shares"])
         self.values = dict(zip(self.names, kept["values"].tolist(), strict=True))
         self._was, self._ticks = kept["was"] != 0.0, [int(x) for x in ticks]
         self.history, self.ticked = [kept["history"].copy()], [kept["ticked"].copy()]

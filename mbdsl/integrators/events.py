@@ -75,13 +75,13 @@ SLIDING_HINT = (
     "make the force continuous, for example by tanh(v/v_s) in place of sign(v); "
     "if it is continuous, or if only rounding errors decide the condition, suppress events: noEvent(abs(x)) for abs(x)"
 )
-#: the same if the condition depends on a reaction
 #: time, relative to the run, in which a reaction is searched that becomes zero where steps have become too short
 SHORT = 1e-6
 #: the same, in which an event that acts is searched behind a step that was cut short
 TINY = 1e-9
 OF_TIME = "a condition on time changes so often that the run would not end"
 OF_TIME_HINT = "use a longer period, or a stop time of a few periods"
+#: the same if the condition depends on a reaction
 BY_ERROR = "a condition on a reaction changes back and forth without end: the error of the reaction decides it"
 BY_ERROR_HINT = (
     "reactions of dop853 follow from the motion, without an error of the step: try --method dop853; "
@@ -211,7 +211,8 @@ class SwitchEvents:
 
     @property
     def _fixed(self) -> bool:
-        """Whether no tolerance controls the steps: those that end at events have one that accepts all."""
+        """Whether the steps of a method with stages are fixed: those that end at events have a tolerance that accepts
+        all. Fixed steps of multistep methods have a ``grid`` and a nominal tolerance."""
         return not 0.0 < self.run.reals[S.TOL] < 1.0
 
     @property
@@ -290,7 +291,8 @@ class SwitchEvents:
             located = (s, self._way(q, v, a)) if known else self._located(t, (q, v, a), lam, old, cut, at_once)
             if located is None and at_once and run.grid and system.tables.switches_of_multipliers:
                 way = self._way(q, v, a)  # the step's own reactions change a mode, those of the motion may not
-                located = self._distance(t, way, lam, old, h) or h, way
+                found = self._distance(t, way, lam, old, h)
+                located = (found, way) if found else (h, self._refined(t, q, v, a, h))
             if located is None:
                 return self._progress(t, old) if at_once else S.RUNNING, None
             (s, way), old_a, begun = located, a, t

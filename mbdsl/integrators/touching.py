@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from mbdsl.numerics.contact_modes import Contacts
 
 Array = NDArray[np.float64]
+ROUGHLY = 1e-9  #: change of forces from one round of an event to the next, relative to them, that is rounding
 
 
 class Touching(NamedTuple):
@@ -34,6 +35,11 @@ class Touching(NamedTuple):
         """Some of the contacts."""
         rows = [r for i in at for r in range(self.normals[i], self.normals[i] + self.laws.sizes[i])]
         return Touching(self.which[at], self.W[rows], self.X[:, rows], self.laws.only(at.tolist()))
+
+
+def alike(x: Array, y: Array) -> bool:
+    """Whether two arrays differ by rounding alone."""
+    return bool(np.abs(x - y).max(initial=0.0) <= ROUGHLY * np.abs(y).max(initial=0.0))
 
 
 def senses(own: Touching, u: Array, edge: float) -> tuple[int, ...]:

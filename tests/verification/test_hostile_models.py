@@ -174,3 +174,16 @@ def test_laws_that_read_shared_reactions_have_a_warning():
         assert len(found) == len(names)
         assert all(x in y and "`left`, `right`" in y for x, y in zip(names, found, strict=True))
     assert np.allclose(run["along.v"], 1.0 * run.t, rtol=1e-6)  # 0.1*10 N on 1 kg
+
+
+def test_shared_reactions_are_read_with_the_present_inputs():
+    text = SHARED.format(law="k*left.force", condition="time > 0.5 s").replace(
+        "Ground", "input Real k(start = 0); Ground"
+    )
+    run = mbdsl.Simulation(mbdsl.parse(text), step=0.1, method="hht-si2")
+    read = run._single.set.contacts.read
+    run.step(2)
+    assert not read.found
+    run.inputs["k"] = 1.0
+    run.step(4)
+    assert [x.reader.name for x in read.found] == ["the law of Force `f`"]

@@ -80,6 +80,13 @@ def test_a_legend_names_the_lines_of_few_events(run, count, name):
     assert [x.name for x in figures[0].series if x.style == "guide"][-1] == name
 
 
+def test_results_with_the_same_label_keep_their_marks(run):
+    results = [SimpleNamespace(events=lambda start, stop, t=t: ([Mark(t, "when", 1, "", "3")], 0)) for t in (0.1, 0.2)]
+    figures, _ = with_events(run.plot("ball.y").panels[:1], results, ["run", "run"])
+    (marks,) = [x for x in figures[0].series if x.name == "when (line 3), run"]
+    assert marks.x[::3] == [0.1, 0.2]
+
+
 def test_many_ticks_are_left_out_and_said():
     run = mbdsl.simulate(mbdsl.parse(BALL.format(period="1 ms")), stop=1.0, method="hht-si2", step=1e-3)
     marks, unmarked = run.event_marks(0.0, 1.0)
