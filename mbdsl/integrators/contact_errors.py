@@ -38,6 +38,13 @@ def no_value(contact: Contact, t: float) -> UnsolvedContactsError:
     return UnsolvedContactsError(message, contact.span, hint)
 
 
+def unsettled(contact: Contact, t: float) -> UnsolvedContactsError:
+    """The error of a cylinder whose points of contact do not settle at time t."""
+    name = contact.name.rpartition(".")[0]
+    message = f"no point of the rim of `{name}` was found at which it carries its load at t = {t:.9g} s"
+    return UnsolvedContactsError(message, contact.span, "give the contact a stiffness `k`")
+
+
 def too_rough(contact: Contact, t: float, mu: float) -> UnsolvedContactsError:
     """The error of a contact whose reaction is not unique from the coefficient of friction ``mu`` on."""
     return UnsolvedContactsError(

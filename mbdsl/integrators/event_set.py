@@ -110,6 +110,7 @@ class EventSet:
             self.contacts.read.inputs = self.inputs
         self._was = np.zeros(len(self._roots), bool)
         self.history: list[Array] = []
+        self.from_start = True  #: whether the history begins at the start of the run
         self.ticked: list[Array] = []
         self.acted: list[Acted] = []
         self.ended = ""
@@ -249,7 +250,7 @@ class EventSet:
 
     def forget(self) -> None:
         """Drop what has happened so far, in a run that does not store it."""
-        self.history, self.ticked, self.acted = self.history[-1:], [], []
+        self.history, self.ticked, self.acted, self.from_start = self.history[-1:], [], [], False
         self.history = [rows[-1:] for rows in self.history]
 
     def ticks_by(self, t: float) -> bool:

@@ -56,7 +56,9 @@ def values_of(part: FlatComponent) -> dict:
         value = modifier.evaluate()
         with placed(modifier.value_at):
             picked = modifier.pick(value, _rank(part, parameter, modifier, values.shape(value)), part.contexts)
-            found[parameter.name] = argument_checks.argument(parameter, picked, part.name, modifier.value)
+            found[parameter.name] = argument_checks.argument(
+                parameter, picked, part.name, modifier.value, part.assembly.spatial
+            )
         if parameter.unit == "rad":
             doubts.angle(part.assembly.warn, picked, modifier.value, f"`{parameter.name}` of `{part.name}`")
         if parameter.name == "pitch":

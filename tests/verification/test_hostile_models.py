@@ -177,10 +177,9 @@ def test_laws_that_read_shared_reactions_have_a_warning():
 
 
 def test_shared_reactions_are_read_with_the_present_inputs():
-    text = SHARED.format(law="k*left.force", condition="time > 0.5 s").replace(
-        "Ground", "input Real k(start = 0); Ground"
-    )
-    run = mbdsl.Simulation(mbdsl.parse(text), step=0.1, method="hht-si2")
+    text = SHARED.replace("  Ground", "  input Real k(start = 0);\n  Ground", 1)
+    model = mbdsl.parse(text.format(law="k*left.force", condition="time > 0.5 s"))
+    run = mbdsl.Simulation(model, step=0.1, method="hht-si2")
     read = run._single.set.contacts.read
     run.step(2)
     assert not read.found
