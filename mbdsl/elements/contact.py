@@ -11,18 +11,15 @@ which is a velocity: mu N against it while the bodies slide, and up to mu_s N wh
 from dataclasses import replace
 
 from mbdsl.elements.declaration import Parameter
-from mbdsl.elements.friction import EFFECTS
+from mbdsl.elements.contact_law import RANGE
+from mbdsl.elements.friction import EFFECTS, check_order
 from mbdsl.elements.kind import JointKind, Signal, in_space
 
 
 def check(v):
     if v["e"] > 1.0:
-        return f"e = {v['e']:g} is larger than 1, an impact would gain energy"
-    if v["mu_s"] is not None and v["mu_s"] < v["mu"]:
-        return (
-            f"mu_s is {v['mu_s']:g}, less than mu = {v['mu']:g}: static friction cannot be less than sliding friction"
-        )
-    return None
+        return f"e = {v['e']:g} is larger than 1, an impact would gain energy\n{RANGE}"
+    return check_order(v)
 
 
 def absent(v):

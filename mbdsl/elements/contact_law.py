@@ -16,6 +16,7 @@ from math import log
 
 from mbdsl.elements.declaration import CONTACTS, REQUIRED, Latch, Parameter
 
+RANGE = "e is the speed behind an impact over the speed before: 1 elastic, 0 plastic"
 LEAST = 0.05  #: smallest coefficient of restitution; the damping grows like 1/e
 
 
@@ -78,7 +79,8 @@ def check(values: Mapping, speed: str) -> str | None:
         return f"without `k` it is rigid: `{speed}` and `exponent` have no meaning"
     if e is not None and not (0.0 if rigid else LEAST) <= e <= 1.0:
         least, which = ("0", "") if rigid else (f"{LEAST:g}", " of a contact with stiffness")
-        return f"e is {e:g}, the coefficient of restitution{which} must be between {least} and 1"
+        stiff = "" if rigid else f"; below {LEAST:g} leave `k` out: the contact is rigid then"
+        return f"e is {e:g}, the coefficient of restitution{which} must be between {least} and 1\n{RANGE}{stiff}"
     return None
 
 

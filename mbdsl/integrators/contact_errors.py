@@ -4,9 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+from numpy.typing import NDArray
+
 from mbdsl.errors import InitialisationError
+from mbdsl.integrators.touching import Touching
 from mbdsl.mechanism.contacts import Contact
 from mbdsl.system.driven_contacts import Driver
+from mbdsl.system.tables import Tables
+
+Array = NDArray[np.float64]
+
+
+FLAT = 1e-6  #: change of a gap with the positions, relative to the size of the mechanism, that counts as none
 
 
 class UnsolvedContactsError(InitialisationError):
@@ -36,6 +46,23 @@ def no_value(contact: Contact, t: float) -> UnsolvedContactsError:
     message = f"the gap of `{contact.name}` has no value at t = {t:.9g} s"
     hint = "write a gap that has a value at all positions, and is negative where the bodies overlap"
     return UnsolvedContactsError(message, contact.span, hint)
+
+
+def check_gradients(contacts: Sequence[Contact], touching: Touching, tables: Tables, t: float) -> None:
+    """Check that the gaps that are closed change with the positions: else neither an impulse nor a force acts there.
+
+    Raises
+    ------
+    UnsolvedContactsError
+        If one does not; a gap that depends on time alone is another error.
+    """
+    change = np.linalg.norm(touching.W[touching.normals] / tables.scale, axis=1)
+    for k in np.flatnonzero((change > 0.0) & (change < FLAT * max(1.0, tables.size))):
+        contact = contacts[touching.which[k]]
+        if change[k] < FLAT * (1.0 if contact.unit == "rad" else tables.size):
+            message = f"the gap of `{contact.name}` hardly changes with the positions where it closes, at t = {t:.9g} s"
+            hint = "write a distance, whose derivative is not zero there: `b.x` for `b.x^3`"
+            raise UnsolvedContactsError(message, contact.span, hint)
 
 
 def unsettled(contact: Contact, t: float) -> UnsolvedContactsError:

@@ -168,6 +168,7 @@ class ContactSet:
         if len(which):
             others = tuple(sorted({*left_out, *(row for rows in self.all_rows for row in rows)}))
             touching = self._touching(t, q, v, which, others)
+            contact_errors.check_gradients(self.contacts, touching, self.system.tables, t)
             q, v = self._back(t, q, v, touching, np.maximum(-gaps[which], 0.0), others)
             free = tuple(sorted({*others, *self.system.tables.switchable}))
             v = self._struck(t, q, v, which, free, values)

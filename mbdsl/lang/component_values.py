@@ -68,7 +68,9 @@ def values_of(part: FlatComponent) -> dict:
     laws = {p.name: modifier for p in part.kind.parameters if p.law and (modifier := part.modifier(p.name))}
     problem_text = part.kind.check({**found, **laws} if laws else found)
     if problem_text:
-        raise ModelError(f"{part.kind.name} `{part.name}`: {problem_text}", span_of(_place_of(part, problem_text)))
+        problem, _, hint = problem_text.partition("\n")
+        place = span_of(_place_of(part, problem))
+        raise ModelError(f"{part.kind.name} `{part.name}`: {problem}", place, hint or None)
     if (doubt := part.kind.doubt(found)) is not None:
         message = f"no body has the moments of inertia I of {part.kind.name} `{part.name}`: {doubt}"
         hint = "check their order and the axes: a moment is at most the sum of the two others"

@@ -33,6 +33,8 @@ def check_law(name: str, law: Expr, kind: Kind, owner: str) -> None:
     for leaf in found:
         if leaf.op == "time" or (leaf.op == "input" and not getattr(kind, "unilateral", False)):
             hint = "a function of time is the `offset`" if "offset" in kind.law_parameters else None
+            if getattr(kind, "unilateral", False):
+                hint = "measure it from a body that a driver moves in this way: `b.x - table.x`"
             raise ModelError(f"{what} depends on `{text(leaf)}`, expected a function of positions alone", hint=hint)
     if not any(leaf.op == "coordinate" for leaf in found):
         hint = "it takes a coordinate of a joint or body, such as `pin.phi`, `slide.s` or `rod.b.x`"

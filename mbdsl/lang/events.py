@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 #: largest denominator of a time that counts as exact, and the rounding error of a number
 SIMPLE, EPS = 1_000_000, 2.0**-52
+SAMPLE = "write `sample(start, period)`, such as `sample(0 s, 0.1 s)`"
 
 
 def assigned(items: Iterable[s.Item]) -> set[str]:
@@ -106,7 +107,8 @@ class EventsOfModel:
         given = [a.value for a in e.arguments if a.value is not None]
         wanted = {"pre": 1, "edge": 1, "change": 1, "sample": 2}.get(name, 0)
         if len(given) != wanted:
-            raise ModelError(f"{name}() takes {wanted} argument{'s' * (wanted != 1)}, found {len(given)}")
+            hint = SAMPLE if name == "sample" else f"write `{name}(x)` for a variable x" if wanted else None
+            raise ModelError(f"{name}() takes {wanted} argument{'s' * (wanted != 1)}, found {len(given)}", hint=hint)
         if name in ("initial", "terminal"):
             return self._truth(INITIAL if name == "initial" else TERMINAL)
         if name == "sample":
@@ -154,7 +156,7 @@ class EventsOfModel:
         start, period = (_seconds(e, scope) for e in given)
         if period <= 0:
             message = f"the period of sample() is {float(period):g} s, it must be positive"
-            raise ModelError(message, span_of(given[1].at))
+            raise ModelError(message, span_of(given[1].at), SAMPLE)
         name = f"sample({float(start):.17g}, {float(period):.17g})"
         self._clocks.setdefault(name, Clock(name, start, period, span_of(given[1].at)))
         return self._truth(name)

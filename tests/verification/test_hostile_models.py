@@ -132,6 +132,14 @@ def test_a_driver_that_moves_bodies_into_a_contact_is_named(declared, names, lin
     assert [span.line for _, span in found.value.notes] == [line]
 
 
+@pytest.mark.parametrize("gap", ["rail.s^3/(1 m2)", "1e-9*rail.s"])
+def test_a_gap_whose_derivative_is_zero_where_it_closes(gap):
+    """No impulse acts along it; the body stopped in silence, whatever its restitution."""
+    text = MODEL.format(declared=f"Contact c(gap = {gap}, e = 0.5);", events="").replace("rail.v = 0", "rail.v = -1")
+    with pytest.raises(mbdsl.MbdslError, match="the gap of `c` hardly changes with the positions where it closes"):
+        mbdsl.simulate(mbdsl.parse(text), stop=3.0, step=0.01, method="hht-si2")
+
+
 def test_what_is_terminal_acts_behind_terminate():
     events = 'when time > 0.5 s then terminate("end"); end when; when terminal() then n = 1; end when;'
     model = MODEL.format(declared="Integer n(start = 0);", events=events)

@@ -46,7 +46,7 @@ def test_no_shipped_model_has_a_warning(path):
         ("Torque t(pin, tau = 2 N.m*cos(60));", "the argument of cos() is 60 rad"),
         ("Real y(start = 3);", "nothing determines `y`: it keeps its start value"),
         (
-            "Integer k(start = 1); discrete Real n[3](each start = 0);\nequation\n  when time > 1 s then n[k] = 1; end when;",
+            "Integer k(start = 1), n[3](each start = 0);\nequation\n  when time > 1 s then n[k] = 1; end when;",
             "nothing determines `k`",
         ),
         ("parameter Real pi = 3;", "`pi` hides the constant pi, and differs from it by 0.14"),
