@@ -10,8 +10,8 @@ which is a velocity: mu N against it while the bodies slide, and up to mu_s N wh
 
 from dataclasses import replace
 
+from mbdsl.elements.contact_law import IMPACTS, RANGE
 from mbdsl.elements.declaration import Parameter
-from mbdsl.elements.contact_law import RANGE
 from mbdsl.elements.friction import EFFECTS, check_order
 from mbdsl.elements.kind import JointKind, Signal, in_space
 
@@ -42,14 +42,7 @@ KIND = JointKind(
         Parameter("mu", "1", 0.0, "coefficient of friction; 0: none", minimum=0.0),
         Parameter("mu_s", "1", None, "coefficient while it does not slide; default mu", minimum=0.0),
         Parameter("e", doc="coefficient of restitution of impacts: 1 elastic, 0 plastic", minimum=0.0),
-        Parameter(
-            "impacts",
-            "",
-            "sequential",
-            "whether impacts that are touching bodies pass on are solved one after another or at once; that of the "
-            "first contact counts",
-            choices=("sequential", "simultaneous"),
-        ),
+        IMPACTS,
     ),
     relations=("gap",),
     velocity_rows=("slip",),

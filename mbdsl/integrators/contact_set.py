@@ -94,7 +94,7 @@ class ContactSet:
         self.all_rows = system.tables.contact_rows
         self.rows = np.array([rows[0] for rows in self.all_rows], int)
         self.e, self.present = np.array([c.e for c in self.contacts]), np.array([not c.absent for c in self.contacts])
-        self.law = in_sequence if self.contacts and self.contacts[0].sequential else at_once
+        self.law = in_sequence if all(c.sequential for c in self.contacts) else at_once
         self.shortest, self.struck, self.eased, self.span = 0.0, False, False, 1.0
         self.shared: list[tuple[float, tuple[str, ...]]] = []
         self.read = SharedReactions(system)
