@@ -8,6 +8,7 @@ import pytest
 
 import mbdsl
 from mbdsl.errors import IntegrationError, MbdslError, ModelError
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.lang.source import Source
 
 MODEL = """model H
@@ -194,3 +195,14 @@ def test_shared_reactions_are_read_with_the_present_inputs():
     run.inputs["k"] = 1.0
     run.step(4)
     assert [x.reader.name for x in read.found] == ["the law of Force `f`"]
+
+
+def test_a_condition_on_a_reaction_that_makes_no_progress_names_its_contact(monkeypatch):
+    """Also where it is not known which condition changes."""
+    monkeypatch.setattr("mbdsl.integrators.events.SwitchEvents.come", lambda self: (S.SLIDING, None))
+    monkeypatch.setattr("mbdsl.integrators.events.SwitchEvents.changing", property(lambda self: []))
+    text = MODEL.format(declared="Contact floor(gap = rail.s, e = 0.5);", events="").replace(
+        "rail.v = 0", "rail.v = -1"
+    )
+    with pytest.raises(IntegrationError, match="a condition on a reaction .* changes in the gap of Contact floor"):
+        mbdsl.simulate(mbdsl.parse(text), method="hht-si2", tol=1e-4, stop=3.0)
