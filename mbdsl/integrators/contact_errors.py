@@ -48,6 +48,22 @@ def no_value(contact: Contact, t: float) -> UnsolvedContactsError:
     return UnsolvedContactsError(message, contact.span, hint)
 
 
+def check_jumps(contacts: Sequence[Contact], gaps: Array, before: Array, least: float, t: float) -> None:
+    """Check that no gap has become negative by a jump, from ``before`` (k,) to ``gaps`` (k,), by more than ``least``.
+
+    Raises
+    ------
+    UnsolvedContactsError
+        If one has.
+    """
+    for k in np.flatnonzero((gaps < -least) & (gaps < before - least)).tolist():
+        c = contacts[k]
+        if not c.absent:
+            message = f"the gap of `{c.name}` jumps from {before[k]:.6g} to {gaps[k]:.6g} {c.unit} at t = {t:.9g} s"
+            hint = "the bodies overlap then: move a body by a driver, or let the gap jump only where it stays positive"
+            raise UnsolvedContactsError(message, c.span, hint)
+
+
 def check_gradients(contacts: Sequence[Contact], touching: Touching, tables: Tables, t: float) -> None:
     """Check that the gaps that are closed change with the positions: else neither an impulse nor a force acts there.
 
@@ -58,7 +74,7 @@ def check_gradients(contacts: Sequence[Contact], touching: Touching, tables: Tab
     """
     change = np.linalg.norm(touching.W[touching.normals] / tables.scale, axis=1)
     for k in np.flatnonzero((change > 0.0) & (change < FLAT * max(1.0, tables.size))):
-        contact = contacts[touching.which[k]]
+        contact = contacts[int(touching.which[k])]
         if change[k] < FLAT * (1.0 if contact.unit == "rad" else tables.size):
             message = f"the gap of `{contact.name}` hardly changes with the positions where it closes, at t = {t:.9g} s"
             hint = "write a distance, whose derivative is not zero there: `b.x` for `b.x^3`"

@@ -231,6 +231,7 @@ class EventSet:
                 )
         self.reset()
         self._late = 1e-13 * max(stop - t, abs(t), abs(stop))
+        self._put(self.values)  # gaps may read variables, which have those of a run before
         if self.contacts is not None:
             self.contacts.begin(t, q, stop - t, tol, self.values)
         if self.friction is not None:
@@ -312,6 +313,8 @@ class EventSet:
         for _ in range(ROUNDS):
             self._remember()
             if given:
+                if self.contacts is not None:
+                    self.contacts.before(t, q, self.values)
                 self.values, given = {**self.values, **given}, None
             before, at_first = dict(self.values), v
             if self.contacts is not None:

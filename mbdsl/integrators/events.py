@@ -469,7 +469,7 @@ class SwitchEvents:
         except (ReinitError, UnsolvedContactsError):  # the event that follows says why
             events.undo()
             return False
-        if acted is not v or events.left_out(run.left_out) != tuple(sorted(run.left_out)):
+        if acted is not v or events.q is not q or events.left_out(run.left_out) != tuple(sorted(run.left_out)):
             events.undo()
             return False
         self._pass(t + s)

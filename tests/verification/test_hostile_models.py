@@ -141,6 +141,20 @@ def test_a_gap_whose_derivative_is_zero_where_it_closes(gap):
         mbdsl.simulate(mbdsl.parse(text), stop=3.0, step=0.01, method="hht-si2")
 
 
+@pytest.mark.parametrize("given", [{"step": 0.01}, {"tol": 1e-4}, {"step": 0.01, "method": "radau5"}], ids=str)
+def test_a_gap_that_jumps_into_an_overlap(given):
+    """A step h of 0.3 m at each tick, below a body at 1 m; the bodies overlapped in silence, or "at the start"."""
+    declared = (
+        'discrete Real h(unit = "m", start = 0); Force hold(b.c, fy = 9.81 N); Contact c(gap = rail.s - h, e = 0);'
+    )
+    text = MODEL.format(declared=declared, events="when sample(0.1, 0.1) then h = pre(h) + 0.3; end when;")
+    with pytest.raises(IntegrationError, match=r"the gap of `c` jumps from 0\.1 to -0\.2 m at t = 0\.4 s") as found:
+        mbdsl.simulate(mbdsl.parse(text), **{"method": "hht-si2", "stop": 1.0, **given})
+    assert found.value.span.line == 6
+    model = mbdsl.parse(text.replace("0.3;", "0.05;"))  # it does not reach the body in 1 s
+    assert mbdsl.simulate(model, **{"method": "hht-si2", "stop": 1.0, **given})["c.gap"][-1] == pytest.approx(0.5)
+
+
 def test_what_is_terminal_acts_behind_terminate():
     events = 'when time > 0.5 s then terminate("end"); end when; when terminal() then n = 1; end when;'
     model = MODEL.format(declared="Integer n(start = 0);", events=events)
