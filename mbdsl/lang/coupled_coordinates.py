@@ -29,6 +29,8 @@ def check_law(name: str, law: Expr, kind: Kind, owner: str) -> None:
     what, velocity = f"`{name}` of {kind.name} `{owner}`", "velocities are coupled by a VelocityConstraint"
     found = symbolic.leaves(law)
     if symbolic.is_velocity_level(law):
+        if getattr(kind, "unilateral", False):
+            velocity = "a gap is a distance, such as `b.x`; it reads no velocities and no states"
         raise ModelError(f"{what} depends on a velocity, expected a position or an angle", hint=velocity)
     for leaf in found:
         if leaf.op == "time" or (leaf.op == "input" and not getattr(kind, "unilateral", False)):

@@ -49,6 +49,8 @@ def _targets(items: Iterable[s.Item]) -> set[str]:
     for item in items:
         if isinstance(item, s.Relation) and item.right is not None and isinstance(item.left, s.Reference):
             found.add(item.left.steps[0].name)
+        elif isinstance(item, s.When):  # a mistake of its own
+            found |= assigned([item])
         elif isinstance(item, s.For):
             found |= _targets(item.items)
         elif isinstance(item, s.If):
@@ -128,7 +130,8 @@ class EventsOfModel:
         if name == "change":
             return values.boolean(differs)
         if not value.boolean:
-            raise ModelError(f"edge() takes a Boolean, found {values.describe(value)}", span_of(e.at))
+            hint = f"`change({write(e)})` is true where a number changes"
+            raise ModelError(f"edge() takes a Boolean, found {values.describe(value)}", span_of(e.at), hint)
         return values.boolean(symbolic.call("and", symbolic.expr(value.value), differs))  # type: ignore[arg-type]
 
     def _past(self, value: Quantity, scope: Scope) -> Quantity | None:
@@ -212,7 +215,9 @@ class EventsOfModel:
             for q in each:
                 if isinstance(q, tuple) or not q.boolean:
                     raise ModelError(
-                        f"`when` takes a condition (true or false), found {values.describe(q)}", span_of(condition.at)
+                        f"`when` takes a condition (true or false), found {values.describe(q)}",
+                        span_of(condition.at),
+                        f"compare it with a threshold: `when {write(condition)} > ... then`",
                     )
             self._refuse_equality(condition, scope)
             conditions = tuple(symbolic.expr(q.value) for q in each)  # type: ignore[union-attr,arg-type]
@@ -308,7 +313,8 @@ class EventsOfModel:
         with placed(e.at):
             if isinstance(value, tuple) or value.boolean != target.boolean:
                 wanted = "true or false" if target.boolean else "a number"
-                raise ModelError(f"{what}: found {values.describe(value)}, expected {wanted}")
+                hint = "write `true` or `false`, or a comparison" if target.boolean else None
+                raise ModelError(f"{what}: found {values.describe(value)}, expected {wanted}", hint=hint)
             if target.boolean:
                 return symbolic.expr(value.value)  # type: ignore[arg-type]
             return symbolic.expr(argument_checks.fit(value, target.dimension, what, "", e).value)  # type: ignore[union-attr,arg-type]
