@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 PATIENCE = 1.0  #: seconds of work before anything is shown
 BETWEEN_LINES = 5.0  #: seconds between plain lines
 RECENT = 3.0  #: seconds of computing from which the time left is estimated, or a tenth of all
+SLOWED = 10.0  #: times the estimate by the mean rate from which it says that the rate may change, as near rest
 ENDLESS = 100.0 * 86400.0  #: time left [s] above which it is not stated
 COLLAPSED = 1e-3  #: step size relative to the longest so far below which this is stated
 
@@ -154,7 +155,10 @@ class Pace:
         if p.t <= t or p.seconds <= seconds:
             return "stands still" if p.seconds - seconds > RECENT else "just begun"
         left = (p.stop - p.t) * (p.seconds - seconds) / (p.t - t)
-        return f"{clock(left)} left" if left < ENDLESS else "hardly advances"
+        if left >= ENDLESS:
+            return "hardly advances"
+        usual = (p.stop - p.t) * p.seconds / (p.t - p.start)
+        return f"{clock(left)} left" + " at this rate" * (left > SLOWED * usual)
 
     def step(self, p: Progress) -> str:
         """The present step size, with the longest so far if it has collapsed."""

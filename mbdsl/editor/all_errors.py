@@ -25,8 +25,9 @@ from mbdsl.mechanism.scene import Scene
 ERRORS = 10  #: errors of the model, after those of the syntax
 _HEADERS = re.compile(r"(extends|import|model|spatial|partial|end(?!\s+(for|if|when)))\b")
 
-#: of a statement that gives a derivative, `der(x) = ...`, or a value at an event, `x = ...`, up to the name
-_GIVES = re.compile(r"der\s*\(\s*(?=\w)|(?=\w+\s*=[^=])")
+#: of a statement that gives a derivative, `der(x) = ...`, or a value at an event, `x = ...` or `x[i] = ...`, up to the
+#: name
+_GIVES = re.compile(r"der\s*\(\s*(?=\w)|(?=\w+\s*(\[[^\]]*\]\s*)?=[^=])")
 
 
 def find(text: str, file: str, read: Callable[[str], Scene]) -> tuple[list[MbdslError], Scene | None]:

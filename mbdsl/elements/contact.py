@@ -10,19 +10,16 @@ which is a velocity: mu N against it while the bodies slide, and up to mu_s N wh
 
 from dataclasses import replace
 
+from mbdsl.elements.contact_law import IMPACTS, RANGE
 from mbdsl.elements.declaration import Parameter
-from mbdsl.elements.friction import EFFECTS
+from mbdsl.elements.friction import EFFECTS, check_order
 from mbdsl.elements.kind import JointKind, Signal, in_space
 
 
 def check(v):
     if v["e"] > 1.0:
-        return f"e = {v['e']:g} is larger than 1, an impact would gain energy"
-    if v["mu_s"] is not None and v["mu_s"] < v["mu"]:
-        return (
-            f"mu_s is {v['mu_s']:g}, less than mu = {v['mu']:g}: static friction cannot be less than sliding friction"
-        )
-    return None
+        return f"e = {v['e']:g} is larger than 1, an impact would gain energy\n{RANGE}"
+    return check_order(v)
 
 
 def absent(v):
@@ -45,14 +42,7 @@ KIND = JointKind(
         Parameter("mu", "1", 0.0, "coefficient of friction; 0: none", minimum=0.0),
         Parameter("mu_s", "1", None, "coefficient while it does not slide; default mu", minimum=0.0),
         Parameter("e", doc="coefficient of restitution of impacts: 1 elastic, 0 plastic", minimum=0.0),
-        Parameter(
-            "impacts",
-            "",
-            "sequential",
-            "whether impacts that are touching bodies pass on are solved one after another or at once; that of the "
-            "first contact counts",
-            choices=("sequential", "simultaneous"),
-        ),
+        IMPACTS,
     ),
     relations=("gap",),
     velocity_rows=("slip",),

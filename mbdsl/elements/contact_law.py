@@ -16,6 +16,15 @@ from math import log
 
 from mbdsl.elements.declaration import CONTACTS, REQUIRED, Latch, Parameter
 
+RANGE = "e is the speed behind an impact over the speed before: 1 elastic, 0 plastic"
+IMPACTS = Parameter(
+    "impacts",
+    "",
+    "sequential",
+    "whether impacts that touching rigid bodies pass on are solved one after another, or at once; at once in all "
+    "contacts if one of them says so",
+    choices=("sequential", "simultaneous"),
+)
 LEAST = 0.05  #: smallest coefficient of restitution; the damping grows like 1/e
 
 
@@ -45,6 +54,7 @@ def parameters(stiffness: str, speed: str, unit: str) -> tuple[Parameter, ...]:
             "exponent n of the depth in the force k d^n, with d in m or rad; 1.5: Hertz",
             minimum=1.0,
         ),
+        IMPACTS,
     )
 
 
@@ -78,15 +88,15 @@ def check(values: Mapping, speed: str) -> str | None:
         return f"without `k` it is rigid: `{speed}` and `exponent` have no meaning"
     if e is not None and not (0.0 if rigid else LEAST) <= e <= 1.0:
         least, which = ("0", "") if rigid else (f"{LEAST:g}", " of a contact with stiffness")
-        return f"e is {e:g}, the coefficient of restitution{which} must be between {least} and 1"
+        stiff = "" if rigid else f"; below {LEAST:g} leave `k` out: the contact is rigid then"
+        return f"e is {e:g}, the coefficient of restitution{which} must be between {least} and 1\n{RANGE}{stiff}"
     return None
 
 
 def derive(values: Mapping, speed: str, touches: int = 1) -> dict:
-    """``e``; ``D``, and ``alpha`` [s/m, s/rad] of each touch, None where an event sets it; and ``impacts`` of rigid
-    contacts."""
+    """``e``; ``D``, and ``alpha`` [s/m, s/rad] of each touch, None where an event sets it."""
     if values["k"] is None:
-        return {"impacts": "sequential", "alpha": (0.0,) * touches}
+        return {"alpha": (0.0,) * touches}
     e = 1.0 if values["e"] is None else values["e"]
     D = damping(e)
     given = values[speed]
@@ -124,7 +134,7 @@ def _absent(values: Mapping) -> dict:
 
 def _stiff(values: Mapping) -> dict:
     """The values of the rigid contact."""
-    return {**_elastic(values), "k": None, "impacts": "sequential"} if values["k"] else {}
+    return {**_elastic(values), "k": None} if values["k"] else {}
 
 
 EFFECTS = {"damping": _elastic, "contact": _absent}

@@ -53,10 +53,20 @@ def formula(normal: str, speed: str, parameter: str = "") -> str:
     return f"{normal}*(mu + (mu_s - mu)*exp(-({speed}/{name}_st)^2))*tanh({speed}/{name}_s)"
 
 
-def check(values: Mapping) -> str | None:
+def check_order(values: Mapping) -> str | None:
     mu, mu_s = values["mu"], values["mu_s"]
-    if mu_s is not None and mu_s < mu:
-        return f"mu_s is {mu_s:g}, less than mu = {mu:g}: static friction cannot be less than sliding friction"
+    if mu_s is None or mu_s >= mu:
+        return None
+    return (
+        f"mu_s is {mu_s:g}, less than mu = {mu:g}: static friction cannot be less than sliding friction\n"
+        "mu_s is the coefficient at rest: exchange them, or leave mu_s out, which is mu then"
+    )
+
+
+def check(values: Mapping) -> str | None:
+    if (problem := check_order(values)) is not None:
+        return problem
+    mu, mu_s = values["mu"], values["mu_s"]
     if (mu or mu_s) and "radius" in values and values["radius"] is None:
         return "friction in a pin needs its `radius`: the torque is mu * radius * force"
     if values.get("sticks") and values.get("v_st", values.get("w_st")) is not None:

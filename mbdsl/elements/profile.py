@@ -141,6 +141,8 @@ def features(
         Whether the profile is a smooth curve through the points.
     hole : bool
         Whether the solid is outside of the profile.
+    radius : float, optional
+        Of the circle that rolls along it [m]; 0: a point.
     """
     turned = (area(points, arcs) < 0.0) != hole
     radii = [-x if hole else x for x in arcs]

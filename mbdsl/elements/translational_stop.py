@@ -23,7 +23,7 @@ def check_limits(values, low, high):
     if values[low] is None and values[high] is None:
         return f"give `{low}`, `{high}` or both"
     if None not in (values[low], values[high]) and not values[low] < values[high]:
-        return f"{low} = {values[low]:g} is not less than {high} = {values[high]:g}"
+        return f"{low} = {values[low]:g} is not less than {high} = {values[high]:g}\nexchange them"
     return None
 
 

@@ -18,7 +18,7 @@ from mbdsl.integrators import contact_errors
 from mbdsl.integrators.friction_set import FrictionSet
 from mbdsl.integrators.rim_corners import RimCorners
 from mbdsl.integrators.shared_reactions import SharedReactions
-from mbdsl.integrators.touching import Touching, reduced, senses
+from mbdsl.integrators.touching import DEPENDS, Touching, alike, reduced, senses
 from mbdsl.mechanism.contacts import (
     ALONG,
     ALONG_2,
@@ -67,15 +67,8 @@ SAME, NOTHING = 1e-13, 1e-30  #: change of velocities that is rounding, relative
 OF_TOLERANCE, LEAST = 1e-3, 2e-14
 LOOSEST = 1e-5  #: tolerance that counts, of runs with fixed steps too
 VANISHED = 1e-7  #: acceleration by a reaction, relative to the largest of gaps and slips, at which a contact opens
-DEPENDS = 1e-10  #: relative pivot below which a row depends on others
-ROUGHLY = 1e-9  #: change of forces from one round of an event to the next, relative to them, that is rounding
 #: speed of slip that counts as rest: this part of the size of the mechanism over the run, and of its largest velocity
 SLIP_OF_SIZE, SLIP_OF_SPEED = 1e-9, 1e-10
-
-
-def _alike(x: Array, y: Array) -> bool:
-    """Whether two arrays differ by rounding alone."""
-    return bool(np.abs(x - y).max(initial=0.0) <= ROUGHLY * np.abs(y).max(initial=0.0))
 
 
 class ContactSet:
@@ -89,6 +82,8 @@ class ContactSet:
         Whether contacts that hold the same motion have got other shares of it.
     shared : list of (float, tuple of str)
         Times [s] at which contacts stick that hold the same motion, and their names.
+    read, corners : SharedReactions, RimCorners
+        The laws and conditions that read reactions which contacts share; the corners of rigid cylinders.
     """
 
     def __init__(self, system: System) -> None:
@@ -96,13 +91,14 @@ class ContactSet:
         self.all_rows = system.tables.contact_rows
         self.rows = np.array([rows[0] for rows in self.all_rows], int)
         self.e, self.present = np.array([c.e for c in self.contacts]), np.array([not c.absent for c in self.contacts])
-        self.law = in_sequence if self.contacts and self.contacts[0].sequential else at_once
+        self.law = in_sequence if all(c.sequential for c in self.contacts) else at_once
         self.shortest, self.struck, self.eased, self.span = 0.0, False, False, 1.0
         self.shared: list[tuple[float, tuple[str, ...]]] = []
         self.read = SharedReactions(system)
         # of the last event: time, contacts and modes; shares, accelerations, those without reactions, and their matrix
         self._shared: tuple[tuple, Array, Array, Array, Array] | None = None
-        self._before: tuple[float, Numbers] = np.nan, {}  # time of the last event, and values before it
+        # time of the last event, and values and gaps before it
+        self._before: tuple[float, Numbers, Array] = np.nan, {}, np.zeros(0)
 
     def begin(self, t: float, q: Array, span: float, tol: float | None, values: Numbers) -> None:
         """Start a run of ``span`` [s] with this tolerance.
@@ -112,7 +108,7 @@ class ContactSet:
         InitialisationError
             If bodies overlap.
         """
-        size, self._before, self.shared, self._shared = self.system.tables.size, (np.nan, {}), [], None
+        size, self._before, self.shared, self._shared = self.system.tables.size, (np.nan, {}, self.e), [], None
         self._release(values)
         self.read.found = []
         self.shortest, self.span = max(OF_TOLERANCE * min(tol or LOOSEST, LOOSEST), LEAST) * span, span or 1.0
@@ -128,6 +124,11 @@ class ContactSet:
         """The error of the first contact whose gap has no value at time t; None if all have one."""
         own = zip(self.contacts, self._gaps(t, q), strict=True)
         return next((contact_errors.no_value(c, t) for c, gap in own if not (c.absent or np.isfinite(gap))), None)
+
+    def before(self, t: float, q: Array, values: Numbers) -> None:
+        """Keep the values and the gaps before the event at time t, unless they are known."""
+        if t != self._before[0]:
+            self._before = t, dict(values), self._gaps(t, q)
 
     def left_out(self, left_out: Rows, values: Numbers) -> Rows:
         """The rows that are left out: those of ``left_out`` that are no contacts, and of contacts that are not closed
@@ -162,14 +163,17 @@ class ContactSet:
             raise problem
         self.corners.lean(t, q, v, values)
         gaps = self._gaps(t, q)
+        if t == self._before[0]:
+            contact_errors.check_jumps(self.contacts, gaps, self._before[2], OVERLAP * self.system.tables.size, t)
         near = np.where(modes == OPEN, NEAR, OVERLAP) * self.system.tables.size
         which, given = np.flatnonzero((gaps < near) & self.present), v
-        self._before = self._before if t == self._before[0] else (t, dict(values))
+        self.before(t, q, values)
         before = self._before[1]
         self._release(values)
         if len(which):
             others = tuple(sorted({*left_out, *(row for rows in self.all_rows for row in rows)}))
             touching = self._touching(t, q, v, which, others)
+            contact_errors.check_gradients(self.contacts, touching, self.system.tables, t)
             q, v = self._back(t, q, v, touching, np.maximum(-gaps[which], 0.0), others)
             free = tuple(sorted({*others, *self.system.tables.switchable}))
             v = self._struck(t, q, v, which, free, values)
@@ -201,31 +205,12 @@ class ContactSet:
         N = touching.normals
         a, _ = accelerations(self.system, t, q, v, others)
         fall = touching.W[N] @ a - self.system.gamma_c(t, q, v)[self.rows[touching.which]]
-        fall = self._supported(touching, fall, np.abs(u[N]) <= slow)
+        fall = touching.supported(fall, np.abs(u[N]) <= slow)
         before = np.where(u[N] < 0.0, -np.sqrt(np.maximum(u[N] * u[N] + 2.0 * fall * depth, 0.0)), u[N])
         right = np.stack([depth, before - u[N]], axis=1)
         shift = least_squares(touching.laws.G[np.ix_(N, N)], right, PARALLEL)  # nearly parallel rows would move much
         X = touching.X[:, N]
         return self.system.moved(q, X @ shift[:, 0]), v + X @ shift[:, 1]
-
-    @staticmethod
-    def _supported(touching: Touching, b: Array, rest: NDArray[np.bool_]) -> Array:
-        """The accelerations of gaps (k,) with the contacts at ``rest`` closed, where ``b`` are those with all open: a
-        ball bounces on a table that its floor carries."""
-        at = np.flatnonzero(rest)
-        if not len(at) or len(at) == len(rest):
-            return b
-        N = np.array(touching.normals)
-        G = touching.laws.G[np.ix_(N, N)]
-        found = contact_modes.solve(Contacts(G[np.ix_(at, at)], (1,) * len(at), np.zeros(len(at))), b[at])
-        return b if found is None else b + G[:, at] @ found[0]
-
-    @staticmethod
-    def _carried(touching: Touching, u: Array, rest: NDArray[np.bool_]) -> Array:
-        """The rates of gaps (k,) once those at ``rest`` are held, where ``u`` are those before."""
-        at, N = np.flatnonzero(rest), np.array(touching.normals)
-        G = touching.laws.G[np.ix_(N, N)]
-        return u - G[:, at] @ least_squares(G[np.ix_(at, at)], u[at], DEPENDS) if len(at) else u
 
     def _touching(self, t: float, q: Array, v: Array, which: Places, others: Rows) -> Touching:
         """The rows of contacts, and their Delassus matrix; ``others``: rows that do not constrain."""
@@ -288,7 +273,7 @@ class ContactSet:
         rest = np.abs(u[N]) <= slow
         height = ROUNDED * np.abs(touching.W[N]) @ np.abs(q)  # in which rounding decides the times of impacts
         while self.struck:  # what comes to rest may carry others, and take part in their velocities
-            fall, speeds = self._supported(touching, b[N], rest), self._carried(touching, u[N], rest)
+            fall, speeds = touching.supported(b[N], rest), touching.carried(u[N], rest)
             few = [
                 comes_to_rest(speed, -a, e, self.shortest) is not None or speed**2 < -2.0 * a * low
                 for speed, a, e, low in zip(speeds, fall, self.e[touching.which], height, strict=True)
@@ -365,7 +350,7 @@ class ContactSet:
         """The part (r,) of the forces P that is not that of the rows ``act`` alone, and the accelerations (r,); in
         further rounds of an event the same, which rounding would change, unless a round has changed the forces."""
         same, kept = (t, own.which.tolist(), modes), self._shared
-        if kept is not None and kept[0] == same and all(map(_alike, (b, laws.G), kept[3:])):
+        if kept is not None and kept[0] == same and all(map(alike, (b, laws.G), kept[3:])):
             self.eased = bool(kept[1].any())
             return kept[1:3]
         C = exerted(laws, modes, act)

@@ -63,7 +63,7 @@ class ContactSteps:
         self.e = np.array([c.e for c in self.contacts])
         self.present = np.array([not c.absent for c in self.contacts], bool)
         self.mu, self.mu_s = (np.array([getattr(c, x) for c in self.contacts]) for x in ("mu", "mu_s"))
-        self.sequential = bool(self.contacts) and self.contacts[0].sequential
+        self.sequential = all(c.sequential for c in self.contacts)
         out = {*problem.left_out, *(row for rows in self.rows for row in rows)}
         self.kept = np.array([row for row in range(system.m + system.p) if row not in out], int)
         self.lam = np.where(np.isin(np.arange(system.m + system.p), self.kept), problem.lam, 0.0)

@@ -111,9 +111,9 @@ def _of_numbers(found: EventSet) -> Iterator[EventGroup]:
     column = dict(zip(found.names, rows.T, strict=True))
     for contact in scene.contacts:
         struck, mode = (column[number(contact.name, x)] for x in (COUNT, MODE))
-        struck = np.diff(struck) > 0.0
+        struck = np.diff(struck, prepend=0.0 if found.from_start else struck[:1]) > 0.0
         closed = mode != OPEN
-        yield EventGroup("impact", contact.span, times[1:][struck], contact.name)
+        yield EventGroup("impact", contact.span, times[struck], contact.name)
         yield EventGroup("contact", contact.span, times[1:][closed[1:] & ~closed[:-1]], contact.name)
         yield EventGroup("lift-off", contact.span, times[1:][closed[:-1] & ~closed[1:]], contact.name)
         if contact.slips:

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from mbdsl.errors import InitialisationError, ModelError
 from mbdsl.expressions.symbolic import Expr, leaves, walk
+from mbdsl.integrators import noted_shares
 from mbdsl.integrators.contact_set import ContactSet
 from mbdsl.integrators.final_slide import ContactSlides, Slides
 from mbdsl.integrators.friction_set import FrictionSet
@@ -118,8 +119,11 @@ class EventSet:
         """Return to the start."""
         self.values = self.system.scene.discrete_starts
         self.inputs = {name: x.start for name, x in self.system.scene.inputs.items()}  #: values of the model's inputs
+        if self.contacts is not None:
+            self.contacts.read.inputs = self.inputs
         self._was = np.zeros(self._count, bool)
         self.history: list[Array] = []
+        self.from_start = True  #: whether the history begins at the start of the run
         self.ticked: list[Array] = []
         self.acted: list[Acted] = []
         self.ended = ""
@@ -240,6 +244,7 @@ class EventSet:
                 )
         self.reset()
         self._late = 1e-13 * max(stop - t, abs(t), abs(stop))
+        self._put(self.values)  # gaps may read variables, which have those of a run before
         if self.contacts is not None:
             self.contacts.begin(t, q, stop - t, tol, self.values)
         if self.friction is not None:
@@ -257,7 +262,7 @@ class EventSet:
 
     def forget(self) -> None:
         """Drop what has happened so far, in a run that does not store it."""
-        self.history, self.ticked, self.acted = self.history[-1:], [], []
+        self.history, self.ticked, self.acted, self.from_start = self.history[-1:], [], [], False
         self.history = [rows[-1:] for rows in self.history]
 
     def ticks_by(self, t: float) -> bool:
@@ -320,6 +325,8 @@ class EventSet:
         for _ in range(ROUNDS):
             self._remember()
             if given:
+                if self.contacts is not None:
+                    self.contacts.before(t, q, self.values)
                 self.values, given = {**self.values, **given}, None
             before, at_first = dict(self.values), v
             if self.contacts is not None:
@@ -548,6 +555,7 @@ class EventSet:
             "ticked": np.concatenate([np.empty((0, 2)), *self.ticked]),
             "acted": np.array(acted, float).reshape(-1, 2),
             "ended": self.ended,
+            "shares": noted_shares.saved(self.friction, self.contacts),
         }
 
     def restore(self, run: RunState, kept: Mapping[str, Any]) -> None:
@@ -559,6 +567,7 @@ class EventSet:
             If something is missing, or has a type, shape or range that is impossible in this run.
         """
         now, branches = self.saved(), self.events.branches
+        del now["shares"]
         for name, own in now.items():
             found = kept[name]
             if isinstance(own, str):
@@ -574,6 +583,7 @@ class EventSet:
             raise ValueError("a count of its clocks is impossible")
         if not ((acted[:, 1] >= 0) & (acted[:, 1] < len(branches))).all():
             raise ValueError("an event of it has no when-equation")
+        noted_shares.restore(self.system, self.friction, self.contacts, kept["shares"])
         self.values = dict(zip(self.names, kept["values"].tolist(), strict=True))
         self._was, self._ticks = kept["was"] != 0.0, [int(x) for x in ticks]
         self.history, self.ticked = [kept["history"].copy()], [kept["ticked"].copy()]

@@ -76,13 +76,13 @@ SLIDING_HINT = (
     "make the force continuous, for example by tanh(v/v_s) in place of sign(v); "
     "if it is continuous, or if only rounding errors decide the condition, suppress events: noEvent(abs(x)) for abs(x)"
 )
-#: the same if the condition depends on a reaction
 #: time, relative to the run, in which a reaction is searched that becomes zero where steps have become too short
 SHORT = 1e-6
 #: the same, in which an event that acts is searched behind a step that was cut short
 TINY = 1e-9
 OF_TIME = "a condition on time changes so often that the run would not end"
 OF_TIME_HINT = "use a longer period, or a stop time of a few periods"
+#: the same if the condition depends on a reaction
 BY_ERROR = "a condition on a reaction changes back and forth without end: the error of the reaction decides it"
 BY_ERROR_HINT = (
     "reactions of dop853 follow from the motion, without an error of the step: try --method dop853; "
@@ -212,7 +212,8 @@ class SwitchEvents:
 
     @property
     def _fixed(self) -> bool:
-        """Whether no tolerance controls the steps: those that end at events have one that accepts all."""
+        """Whether the steps of a method with stages are fixed: those that end at events have a tolerance that accepts
+        all. Fixed steps of multistep methods have a ``grid`` and a nominal tolerance."""
         return not 0.0 < self.run.reals[S.TOL] < 1.0
 
     @property
@@ -291,9 +292,9 @@ class SwitchEvents:
             located = (s, self._way(q, v, a)) if known else self._located(t, (q, v, a), lam, old, cut, at_once)
             if located is None and at_once and system.tables.switches_of_multipliers:
                 # the step's own reactions change a mode, those of the motion may not
-                far = h if run.grid else 0.5 * SHORT * run.span
-                way = self._refined(t, q, v, a, far)
-                located = self._distance(t, way, lam, old, far) or far, way
+                far, way = h if run.grid else 0.5 * SHORT * run.span, self._way(q, v, a)
+                found = self._distance(t, way, lam, old, far)
+                located = (found, way) if found else (far, self._refined(t, q, v, a, far))
             if located is None:
                 return self._progress(t, old) if at_once else S.RUNNING, None
             (s, way), old_a, begun = located, a, t
@@ -471,7 +472,7 @@ class SwitchEvents:
         except (ReinitError, UnsolvedContactsError):  # the event that follows says why
             events.undo()
             return False
-        if acted is not v or events.left_out(run.left_out) != tuple(sorted(run.left_out)):
+        if acted is not v or events.q is not q or events.left_out(run.left_out) != tuple(sorted(run.left_out)):
             events.undo()
             return False
         self._pass(t + s)

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.integrators import contact_errors
 from mbdsl.mechanism.contacts import LEANS
 from mbdsl.numerics.contact_modes import STICK, Contacts
 from mbdsl.numerics.friction_shares import exerted
@@ -39,13 +40,13 @@ class RimCorners:
     """The corners of all rigid cylinders of a system."""
 
     def __init__(self, system: System) -> None:
-        self.system, self.turns = system, 0
+        self.system, self.turns, self.t = system, 0, 0.0
         self.rims = [Rim(k, c.corner) for k, c in enumerate(system.scene.contacts) if c.aim]
         self._aims = [x for rim in self.rims for x in system.scene.contacts[rim.first].aim]
 
     def lean(self, t: float, q: Array, v: Array, numbers: dict[str, float]) -> None:
         """At the start of an event, set the first corners of cylinders that lean to their lowest points."""
-        self.turns = 0
+        self.turns, self.t = 0, t
         if not self.rims:
             return
         found = np.array([float(x[0]) for x in values(self.system, self._aims, np.array([t]), q[None], v[None])])
@@ -61,9 +62,15 @@ class RimCorners:
         forces: tuple[Contacts, Array] | None = None,
     ) -> bool:
         """Whether corners of standing cylinders have moved, by the forces or impulses P (k,) of the contacts
-        ``which``. ``forces``, the problem and the accelerations (r,) without forces, give the place of the load."""
+        ``which``. ``forces``, the problem and the accelerations (r,) without forces, give the place of the load.
+
+        Raises
+        ------
+        UnsolvedContactsError
+            If the corners still move after ``MOST`` turns.
+        """
         moved = False
-        for rim in self.rims if self.turns < MOST else ():
+        for rim in self.rims:
             on = dict(zip((which - rim.first).tolist(), P.tolist(), strict=True))
             ends = [k for k in (0, 1) if k in on]
             if len(ends) != 1 or any(k not in on for k in (2, 3, 4)):
@@ -78,6 +85,8 @@ class RimCorners:
                 load = np.array([held[list(on).index(k)] for k in (*ends, 2, 3, 4)])
                 centre = complex(load @ 1j ** np.arange(4)) if load.sum() > 0.0 else centre
             if abs(np.angle(centre)) > TURNED:
+                if self.turns == MOST:
+                    raise contact_errors.unsettled(self.system.scene.contacts[rim.first], self.t)
                 c, s = (numbers[x] for x in rim.corner)
                 along = complex(c, s) * centre / abs(centre)
                 self._set(rim, np.array([along.real, along.imag]), numbers)

@@ -72,7 +72,8 @@ class SharedReactions:
 
     def __init__(self, system: System) -> None:
         self.system, self.found = system, list[Shared]()
-        self._readers = readers(system) if system.scene.contacts else []
+        self.inputs: Mapping[str, float] = {}  #: the present values of the model's inputs
+        self.readers = readers(system) if system.scene.contacts else []
 
     def look(
         self,
@@ -87,7 +88,7 @@ class SharedReactions:
         do not constrain, among them those of all contacts. ``numbers``: discrete variables, with modes.
         """
         known = {id(x.reader) for x in self.found}
-        asked = [x for x in self._readers if id(x) not in known]
+        asked = [x for x in self.readers if id(x) not in known]
         if not asked:
             return
         system, (touching, laws, turn, modes) = self.system, own
@@ -117,14 +118,15 @@ class SharedReactions:
         F = F / system.tables.scale
         size = np.linalg.norm(F, axis=1)
         size = np.where(size > 0.0, size, 1.0)
-        left, s, _ = np.linalg.svd(F / size[:, None])
-        Z = left[:, int((s > ZERO * s.max(initial=0.0)).sum()) :] / size[:, None]
-        if not Z.shape[1]:
-            return
+        s = np.linalg.svd(F / size[:, None], compute_uv=False)
+        rank = int((s > ZERO * s.max(initial=0.0)).sum())
+        if rank == len(F):
+            return  # all are unique, as at most events
+        Z = np.linalg.svd(F / size[:, None])[0][:, rank:] / size[:, None]
         lam = np.ones((1 + Z.shape[1], system.m + system.p))
         lam[1:, rows] += (Z / np.abs(Z).max(axis=0)).T
         count = len(lam)
-        inputs = {name: np.full(count, x) for name, x in numbers.items()}
+        inputs = {name: np.full(count, x) for name, x in (*self.inputs.items(), *numbers.items())}
         states = np.full(count, t), np.tile(q, (count, 1)), np.tile(v, (count, 1))
         for reader in asked:
             read = np.nan_to_num(np.array(values(system, reader.roots, *states, lam, inputs)))

@@ -13,9 +13,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from mbdsl.numerics import contact_modes
 from mbdsl.numerics.contact_modes import Contacts
+from mbdsl.numerics.saddle_point import least_squares
 
 Array = NDArray[np.float64]
+DEPENDS = 1e-10  #: relative pivot below which a row depends on others
+ROUGHLY = 1e-9  #: change of forces from one round of an event to the next, relative to them, that is rounding
 
 
 class Touching(NamedTuple):
@@ -34,6 +38,26 @@ class Touching(NamedTuple):
         """Some of the contacts."""
         rows = [r for i in at for r in range(self.normals[i], self.normals[i] + self.laws.sizes[i])]
         return Touching(self.which[at], self.W[rows], self.X[:, rows], self.laws.only(at.tolist()))
+
+    def supported(self, b: Array, rest: NDArray[np.bool_]) -> Array:
+        """The accelerations of gaps (k,) with the contacts at ``rest`` closed, where ``b`` are those with all open: a
+        ball bounces on a table that its floor carries."""
+        at = np.flatnonzero(rest)
+        if not len(at) or len(at) == len(rest):
+            return b
+        G = self.laws.G[np.ix_(self.normals, self.normals)]
+        found = contact_modes.solve(Contacts(G[np.ix_(at, at)], (1,) * len(at), np.zeros(len(at))), b[at])
+        return b if found is None else b + G[:, at] @ found[0]
+
+    def carried(self, u: Array, rest: NDArray[np.bool_]) -> Array:
+        """The rates of gaps (k,) once those at ``rest`` are held, where ``u`` are those before."""
+        at, G = np.flatnonzero(rest), self.laws.G[np.ix_(self.normals, self.normals)]
+        return u - G[:, at] @ least_squares(G[np.ix_(at, at)], u[at], DEPENDS) if len(at) else u
+
+
+def alike(x: Array, y: Array) -> bool:
+    """Whether two arrays differ by rounding alone."""
+    return bool(np.abs(x - y).max(initial=0.0) <= ROUGHLY * np.abs(y).max(initial=0.0))
 
 
 def senses(own: Touching, u: Array, edge: float) -> tuple[int, ...]:

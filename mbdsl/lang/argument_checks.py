@@ -81,12 +81,16 @@ def floats(value: Value, what: str) -> Any:
     return number(value, what)
 
 
-def argument(parameter: Parameter, value: Value, owner: str, e: s.Expression | None = None) -> Any:
-    """The value of a component's parameter in SI, checked against its declaration."""
-    return argument_of(parameter, value, f"`{parameter.name}` of `{owner}`", e)
+def argument(
+    parameter: Parameter, value: Value, owner: str, e: s.Expression | None = None, spatial: bool = False
+) -> Any:
+    """The value of a component's parameter in SI, checked against its declaration; ``spatial``: of a model in space."""
+    return argument_of(parameter, value, f"`{parameter.name}` of `{owner}`", e, spatial)
 
 
-def argument_of(parameter: Parameter, value: Value, what: str, e: s.Expression | None = None) -> Any:
+def argument_of(
+    parameter: Parameter, value: Value, what: str, e: s.Expression | None = None, spatial: bool = False
+) -> Any:
     """As ``argument``; ``what`` is the parameter in messages."""
     if isinstance(parameter.default, bool):
         if isinstance(value, tuple) or not isinstance(value.value, bool):
@@ -108,7 +112,7 @@ def argument_of(parameter: Parameter, value: Value, what: str, e: s.Expression |
         value, found = (*value, Quantity(0.0, units.dimension(parameter.unit))), (3,)  # a vector of the plane: z = 0
     if not any(_has(found, shape) for shape in (parameter.shape, *parameter.or_shapes)):
         right = other_names.in_braces(e, found) if parameter.shape == (2,) else None
-        hint = f"a vector of the plane is written `{right}`" if right is not None else _form(parameter, found)
+        hint = f"a vector of the plane is written `{right}`" if right is not None else _form(parameter, value, spatial)
         raise ModelError(f"{what}: found {shape_words(found)}, expected {shape_words(parameter.shape)}", hint=hint)
     result = floats(value, what)
     for k, x in enumerate(result if isinstance(result, tuple) else (result,)):
@@ -120,13 +124,19 @@ def argument_of(parameter: Parameter, value: Value, what: str, e: s.Expression |
     return result
 
 
-def _form(parameter: Parameter, found: tuple[int, ...]) -> str | None:
-    """How a parameter of three values is written, or of one value for which a vector of space was found."""
+def _form(parameter: Parameter, value: Value, spatial: bool) -> str | None:
+    """How a parameter of three values is written, or of one value for which a vector was found."""
+    found = values.shape(value)
     if parameter.shape == (3,) and (3, 3) in parameter.or_shapes:
         return f"write `{parameter.name} = {{Ixx, Iyy, Izz}}`, or the matrix with three rows of three values"
     if parameter.shape == (3,) and parameter.unit in ("m", "1"):
         return f"a vector is written `{parameter.name} = {{x, y, z}}`"
-    if parameter.shape in ((), (2,)) and found in ((3,), (3, 3)):
+    if parameter.name == "g" and found in ((2,), (3,)):
+        vector = floats(value, "g")
+        if size := math.hypot(*vector):
+            along = ", ".join(f"{x / size:.6g}" for x in vector)
+            return f"g is the size of the acceleration, n its direction: write `g = {size:g} m/s2, n = {{{along}}}`"
+    if not spatial and parameter.shape in ((), (2,)) and found in ((3,), (3, 3)):
         return "for a model in space write `spatial model`"
     return None
 

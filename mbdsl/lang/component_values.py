@@ -56,7 +56,9 @@ def values_of(part: FlatComponent) -> dict:
         value = modifier.evaluate()
         with placed(modifier.value_at):
             picked = modifier.pick(value, _rank(part, parameter, modifier, values.shape(value)), part.contexts)
-            found[parameter.name] = argument_checks.argument(parameter, picked, part.name, modifier.value)
+            found[parameter.name] = argument_checks.argument(
+                parameter, picked, part.name, modifier.value, part.assembly.spatial
+            )
         if parameter.unit == "rad":
             doubts.angle(part.assembly.warn, picked, modifier.value, f"`{parameter.name}` of `{part.name}`")
         if parameter.name == "pitch":
@@ -66,7 +68,9 @@ def values_of(part: FlatComponent) -> dict:
     laws = {p.name: modifier for p in part.kind.parameters if p.law and (modifier := part.modifier(p.name))}
     problem_text = part.kind.check({**found, **laws} if laws else found)
     if problem_text:
-        raise ModelError(f"{part.kind.name} `{part.name}`: {problem_text}", span_of(_place_of(part, problem_text)))
+        problem, _, hint = problem_text.partition("\n")
+        place = span_of(_place_of(part, problem))
+        raise ModelError(f"{part.kind.name} `{part.name}`: {problem}", place, hint or None)
     if (doubt := part.kind.doubt(found)) is not None:
         message = f"no body has the moments of inertia I of {part.kind.name} `{part.name}`: {doubt}"
         hint = "check their order and the axes: a moment is at most the sum of the two others"

@@ -29,10 +29,14 @@ def check_law(name: str, law: Expr, kind: Kind, owner: str) -> None:
     what, velocity = f"`{name}` of {kind.name} `{owner}`", "velocities are coupled by a VelocityConstraint"
     found = symbolic.leaves(law)
     if symbolic.is_velocity_level(law):
+        if getattr(kind, "unilateral", False):
+            velocity = "a gap is a distance, such as `b.x`; it reads no velocities and no states"
         raise ModelError(f"{what} depends on a velocity, expected a position or an angle", hint=velocity)
     for leaf in found:
         if leaf.op == "time" or (leaf.op == "input" and not getattr(kind, "unilateral", False)):
             hint = "a function of time is the `offset`" if "offset" in kind.law_parameters else None
+            if getattr(kind, "unilateral", False):
+                hint = "measure it from a body that a driver moves in this way: `b.x - table.x`"
             raise ModelError(f"{what} depends on `{text(leaf)}`, expected a function of positions alone", hint=hint)
     if not any(leaf.op == "coordinate" for leaf in found):
         hint = "it takes a coordinate of a joint or body, such as `pin.phi`, `slide.s` or `rod.b.x`"

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 #: largest denominator of a time that counts as exact, and the rounding error of a number
 SIMPLE, EPS = 1_000_000, 2.0**-52
+SAMPLE = "write `sample(start, period)`, such as `sample(0 s, 0.1 s)`"
 
 
 def assigned(items: Iterable[s.Item]) -> set[str]:
@@ -48,6 +49,8 @@ def _targets(items: Iterable[s.Item]) -> set[str]:
     for item in items:
         if isinstance(item, s.Relation) and item.right is not None and isinstance(item.left, s.Reference):
             found.add(item.left.steps[0].name)
+        elif isinstance(item, s.When):  # a mistake of its own
+            found |= assigned([item])
         elif isinstance(item, s.For):
             found |= _targets(item.items)
         elif isinstance(item, s.If):
@@ -106,7 +109,8 @@ class EventsOfModel:
         given = [a.value for a in e.arguments if a.value is not None]
         wanted = {"pre": 1, "edge": 1, "change": 1, "sample": 2}.get(name, 0)
         if len(given) != wanted:
-            raise ModelError(f"{name}() takes {wanted} argument{'s' * (wanted != 1)}, found {len(given)}")
+            hint = SAMPLE if name == "sample" else f"write `{name}(x)` for a variable x" if wanted else None
+            raise ModelError(f"{name}() takes {wanted} argument{'s' * (wanted != 1)}, found {len(given)}", hint=hint)
         if name in ("initial", "terminal"):
             return self._truth(INITIAL if name == "initial" else TERMINAL)
         if name == "sample":
@@ -126,7 +130,8 @@ class EventsOfModel:
         if name == "change":
             return values.boolean(differs)
         if not value.boolean:
-            raise ModelError(f"edge() takes a Boolean, found {values.describe(value)}", span_of(e.at))
+            hint = f"`change({write(e)})` is true where a number changes"
+            raise ModelError(f"edge() takes a Boolean, found {values.describe(value)}", span_of(e.at), hint)
         return values.boolean(symbolic.call("and", symbolic.expr(value.value), differs))  # type: ignore[arg-type]
 
     def _past(self, value: Quantity, scope: Scope) -> Quantity | None:
@@ -154,7 +159,7 @@ class EventsOfModel:
         start, period = (_seconds(e, scope) for e in given)
         if period <= 0:
             message = f"the period of sample() is {float(period):g} s, it must be positive"
-            raise ModelError(message, span_of(given[1].at))
+            raise ModelError(message, span_of(given[1].at), SAMPLE)
         name = f"sample({float(start):.17g}, {float(period):.17g})"
         self._clocks.setdefault(name, Clock(name, start, period, span_of(given[1].at)))
         return self._truth(name)
@@ -210,7 +215,9 @@ class EventsOfModel:
             for q in each:
                 if isinstance(q, tuple) or not q.boolean:
                     raise ModelError(
-                        f"`when` takes a condition (true or false), found {values.describe(q)}", span_of(condition.at)
+                        f"`when` takes a condition (true or false), found {values.describe(q)}",
+                        span_of(condition.at),
+                        f"compare it with a threshold: `when {write(condition)} > ... then`",
                     )
             self._refuse_equality(condition, scope)
             conditions = tuple(symbolic.expr(q.value) for q in each)  # type: ignore[union-attr,arg-type]
@@ -306,7 +313,8 @@ class EventsOfModel:
         with placed(e.at):
             if isinstance(value, tuple) or value.boolean != target.boolean:
                 wanted = "true or false" if target.boolean else "a number"
-                raise ModelError(f"{what}: found {values.describe(value)}, expected {wanted}")
+                hint = "write `true` or `false`, or a comparison" if target.boolean else None
+                raise ModelError(f"{what}: found {values.describe(value)}, expected {wanted}", hint=hint)
             if target.boolean:
                 return symbolic.expr(value.value)  # type: ignore[arg-type]
             return symbolic.expr(argument_checks.fit(value, target.dimension, what, "", e).value)  # type: ignore[union-attr,arg-type]

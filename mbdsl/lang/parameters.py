@@ -111,6 +111,8 @@ def _evaluate(
             value, comes_in = attributes["start"].pick(value, len(sizes), namespace.contexts), True
         elif slot.derived or slot.discrete:
             value = attributes["start"].pick(value, len(sizes), namespace.contexts)
+        elif not slot.constant:
+            doubts.undetermined(slot.assembly.warn, d, what)
     elif "input" in d.prefixes or slot.derived or slot.discrete:
         value, at, comes_in = None, d.at, "input" in d.prefixes
     else:

@@ -151,7 +151,8 @@ def with_events(
             lines = dict.fromkeys(mark.line for mark in own)
             name = f"{kind} ({'lines' if len(lines) > 1 else 'line'} {', '.join(lines)})"
             name = name if all(lines) and len(lines) <= NAMED else kind
-            found[f"{name}, {label}" if len(results) > 1 else name] = [mark.t / second for mark in own]
+            name = f"{name}, {label}" if len(results) > 1 else name
+            found.setdefault(name, []).extend(mark.t / second for mark in own)
     return tuple(replace(x, series=[*x.series, *_lines(x, found)]) for x in figures), ticks
 
 

@@ -229,12 +229,13 @@ def _cause(integration: MethodRun, status: int, t: float, hint: str) -> tuple[st
     broken = _broken_law(integration) if status == S.NOT_FINITE else None
     law, reason = broken.component if broken else None, REASONS[status]
     where, span = "", None
+    changing: Sequence[Switch] = ()
     if status not in (S.SLIDING, S.TOO_SMALL, S.STIFF, STALLED):  # they have no residuals of Newton's iteration
         where, span = _worst_equations(integration)
     if status == S.SLIDING:
-        law = law_of(system.scene, [switch.node for switch in integration.events.changing])
-        own = [x for x in system.tables.switches if reads_reactions(x)]
-        reason, hint = sliding(integration.events.changing or own)
+        changing = integration.events.changing or [x for x in system.tables.switches if reads_reactions(x)]
+        law = law_of(system.scene, [switch.node for switch in changing])
+        reason, hint = sliding(changing)
     elif status == S.TOO_SMALL and integration.landings.unresolved is not None:
         law = law_of(system.scene, [integration.landings.unresolved])
         where, span = next((("the condition of the `when`", b.span) for b in _whens(integration)), (where, span))
@@ -242,7 +243,7 @@ def _cause(integration: MethodRun, status: int, t: float, hint: str) -> tuple[st
         where, span = _law(law), law.span
     message = f"{reason} in the step to t = {t:.9g} s (h = {integration.step:g} s)"
     if status == S.SLIDING and law is not None:
-        what = _conditions(system, law, integration.events.changing) or "it"
+        what = _conditions(system, law, changing) or "it"
         message += f"; {what} changes in {where}"
     elif status == STALLED:
         more, span, hint = _of_standstill(integration, hint)

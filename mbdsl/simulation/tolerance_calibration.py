@@ -365,7 +365,7 @@ class CalibrationLadder(AmplifiedRounding):
             self.reason = why
             best = min(reversed(whole), key=lambda x: x.error)
         elif best.done and best.error > self.tol and (best.differs < LADDER.saturated or not np.isfinite(best.differs)):
-            best = min(reversed(whole), key=lambda x: x.error)
+            best = min(reversed(whole), key=lambda x: x.error, default=best)
         status = best.status
         motion.recall(best.kept)
         others = [x for x in [*trials, *self.failed] if x is not best or self.again]

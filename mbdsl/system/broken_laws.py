@@ -44,7 +44,8 @@ def broken_law(system: System, t: float, q: Array, v: Array, lam: Array | None =
                 if np.isfinite(value):
                     what = "has an infinite derivative"
                 where = _depends_on(system, c, law, at)
-                return Broken(c, f"`{c.name}.{p.name}` {what}" + (f" at {where}" if where else ""))
+                law_name = c.name if c.kind.name == "StateRate" else f"{c.name}.{p.name}"
+                return Broken(c, f"`{law_name}` {what}" + (f" at {where}" if where else ""))
     return None
 
 

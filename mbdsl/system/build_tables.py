@@ -142,7 +142,7 @@ def _fill(tables: Tables, size: float | None) -> None:
     tables.values = list(dict.fromkeys(tape.roots))
     tables.switches = switches.find(forces, (x for x in dict.fromkeys(tape.roots) if x not in forces))
     tables.quantities = switches.tabulate(tables.switches, buffers, tape)
-    actions = clock_tables.compilable(scene.events, scene.spatial)
+    actions = clock_tables.compilable(scene.events, scene.spatial, scene.conditions[len(scene.events.conditions) :])
     clock_tables.declare(scene.events, actions, tape)
     _fill_tape(buffers, tape, later, lambda known: clock_tables.tabulate(scene.events, actions, tape, known, buffers))
     for node, register in tape.angles.items():

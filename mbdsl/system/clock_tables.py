@@ -11,10 +11,10 @@ of all variables that clocks set.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import lcm
 
-from mbdsl.expressions.symbolic import input_signal, leaves
+from mbdsl.expressions.symbolic import Expr, input_signal, leaves
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.mechanism.events import Action, Clock, Events
 from mbdsl.system.expression_tape import Tape
@@ -28,11 +28,14 @@ ROWS = 2048  #: rows of the log
 EXACT, MOST_CLOCKS = 2**53, 50
 
 
-def compilable(events: Events, spatial: bool) -> tuple[tuple[int, Action], ...]:
-    """The actions of clocks that the compiled loop does; none in space, where history is in axes of bodies."""
+def compilable(events: Events, spatial: bool, others: Sequence[Expr]) -> tuple[tuple[int, Action], ...]:
+    """The actions of clocks that the compiled loop does; none in space, where history is in axes of bodies, nor if one
+    of the conditions ``others`` of contacts or friction reads what they set."""
+    read = {str(leaf.value) for leaf in leaves(*others) if leaf.op == "input"}
     ticks = [_integers(clock) for clock in events.clocks]
     fits = len(ticks) <= MOST_CLOCKS and all(max(abs(x) for x in each) < EXACT for each in ticks)
-    return (events.of_clocks or ()) if fits and not spatial else ()
+    found = (events.of_clocks or ()) if fits and not spatial else ()
+    return () if any(action.target in read for _, action in found) else found
 
 
 def _integers(clock: Clock) -> tuple[int, int, int]:

@@ -50,7 +50,8 @@ def _found(
         return tuple(sorted({*left_out, *(row for name in names for row in own[name])}))
 
     def speeds(names: Sequence[str], at_rest: bool = False) -> Array:
-        """The rates of the gaps; with ``at_rest``, those with the driven frames at rest."""
+        """The rates of the gaps, which are those before the impact whatever drivers there are; with ``at_rest``, those
+        with the driven frames at rest."""
         u = system.constraint_rates(t, q, v)[rows]
         return u - system.constraint_rates(t, q, still)[rows] if at_rest else u
 

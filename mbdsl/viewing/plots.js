@@ -35,6 +35,7 @@ class Plots {
     Object.assign(this, { box, data, motion, seek, redraw, charts: [], look: null });
     this.signals = data.signals.map((s) => ({ ...s, y: levels(s) }));
     this.times = data.times ? decoded(data.times) : motion.t;
+    this.jumps = data.events.map(([t]) => t);
     this.shown = new Set(data.shown);
   }
 
@@ -51,7 +52,8 @@ class Plots {
     if (i < 1 || i >= y.length || y[i - 1] === y[i]) return null;
     if (!held && (y[i - 2] !== y[i - 1] || y[i] !== y[i + 1])) return null;
     const [from, to] = [this.times[i - 1], this.times[i]];
-    return this.data.events.reduce((found, [t]) => (t > from && t <= to ? t : found), to);
+    const last = this.jumps[between(this.jumps, to)[0]];
+    return last > from && last <= to ? last : to;
   }
 
   toggle(name, on) {

@@ -8,6 +8,7 @@ import pytest
 
 import mbdsl
 from mbdsl.errors import IntegrationError, MbdslError, ModelError
+from mbdsl.integrators.loop import loop_state as S
 from mbdsl.lang.source import Source
 
 MODEL = """model H
@@ -132,6 +133,28 @@ def test_a_driver_that_moves_bodies_into_a_contact_is_named(declared, names, lin
     assert [span.line for _, span in found.value.notes] == [line]
 
 
+@pytest.mark.parametrize("gap", ["rail.s^3/(1 m2)", "1e-9*rail.s"])
+def test_a_gap_whose_derivative_is_zero_where_it_closes(gap):
+    """No impulse acts along it; the body stopped in silence, whatever its restitution."""
+    text = MODEL.format(declared=f"Contact c(gap = {gap}, e = 0.5);", events="").replace("rail.v = 0", "rail.v = -1")
+    with pytest.raises(mbdsl.MbdslError, match="the gap of `c` hardly changes with the positions where it closes"):
+        mbdsl.simulate(mbdsl.parse(text), stop=3.0, step=0.01, method="hht-si2")
+
+
+@pytest.mark.parametrize("given", [{"step": 0.01}, {"tol": 1e-4}, {"step": 0.01, "method": "radau5"}], ids=str)
+def test_a_gap_that_jumps_into_an_overlap(given):
+    """A step h of 0.3 m at each tick, below a body at 1 m; the bodies overlapped in silence, or "at the start"."""
+    declared = (
+        'discrete Real h(unit = "m", start = 0); Force hold(b.c, fy = 9.81 N); Contact c(gap = rail.s - h, e = 0);'
+    )
+    text = MODEL.format(declared=declared, events="when sample(0.1, 0.1) then h = pre(h) + 0.3; end when;")
+    with pytest.raises(IntegrationError, match=r"the gap of `c` jumps from 0\.1 to -0\.2 m at t = 0\.4 s") as found:
+        mbdsl.simulate(mbdsl.parse(text), **{"method": "hht-si2", "stop": 1.0, **given})
+    assert found.value.span.line == 6
+    model = mbdsl.parse(text.replace("0.3;", "0.05;"))  # it does not reach the body in 1 s
+    assert mbdsl.simulate(model, **{"method": "hht-si2", "stop": 1.0, **given})["c.gap"][-1] == pytest.approx(0.5)
+
+
 def test_what_is_terminal_acts_behind_terminate():
     events = 'when time > 0.5 s then terminate("end"); end when; when terminal() then n = 1; end when;'
     model = MODEL.format(declared="Integer n(start = 0);", events=events)
@@ -174,3 +197,25 @@ def test_laws_that_read_shared_reactions_have_a_warning():
         assert len(found) == len(names)
         assert all(x in y and "`left`, `right`" in y for x, y in zip(names, found, strict=True))
     assert np.allclose(run["along.v"], 1.0 * run.t, rtol=1e-6)  # 0.1*10 N on 1 kg
+
+
+def test_shared_reactions_are_read_with_the_present_inputs():
+    text = SHARED.replace("  Ground", "  input Real k(start = 0);\n  Ground", 1)
+    model = mbdsl.parse(text.format(law="k*left.force", condition="time > 0.5 s"))
+    run = mbdsl.Simulation(model, step=0.1, method="hht-si2")
+    read = run._single.set.contacts.read
+    run.step(2)
+    assert not read.found
+    run.inputs["k"] = 1.0
+    run.step(4)
+    assert [x.reader.name for x in read.found] == ["the law of Force `f`"]
+
+
+def test_a_condition_on_a_reaction_that_makes_no_progress_names_its_contact(monkeypatch):
+    """Also where it is not known which condition changes."""
+    monkeypatch.setattr("mbdsl.integrators.events.SwitchEvents.come", lambda self: (S.SLIDING, None))
+    monkeypatch.setattr("mbdsl.integrators.events.SwitchEvents.changing", property(lambda self: []))
+    text = MODEL.format(declared="Contact floor(gap = rail.s, e = 0.5);", events="")
+    text = text.replace("rail.v = 0", "rail.v = -1")
+    with pytest.raises(IntegrationError, match=r"a condition on a reaction .* changes in the gap of Contact floor"):
+        mbdsl.simulate(mbdsl.parse(text), method="hht-si2", tol=1e-4, stop=3.0)

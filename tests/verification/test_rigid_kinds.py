@@ -174,6 +174,26 @@ def test_two_discs(spatial, e, mu):
         np.testing.assert_allclose(found["energy.total"], 1.5, rtol=1e-12)
 
 
+CRADLE = """
+model Cradle
+  Ground ground(g = 0);
+  Body a(m = 1 kg, I = 1 kg.m2), b(m = 1 kg, I = 1 kg.m2), c(m = 1 kg, I = 1 kg.m2);
+  Prismatic ra(ground, a.c), rb(ground, b.c), rc(ground, c.c);
+  CircleContact ab(a.c, b.c, r_a = 0.5 m, r_b = 0.5 m, e = 1);
+  CircleContact bc(b.c, c.c, r_a = 0.5 m, r_b = 0.5 m, e = 1, impacts = "LAW");
+initial equation
+  ra.s = -0.1 m; ra.v = 1 m/s; rb.s = 1 m; rb.v = 0 m/s; rc.s = 2 m; rc.v = 0 m/s;
+end Cradle;
+"""
+
+
+@pytest.mark.parametrize(("law", "behind"), [("sequential", (0, 0, 1)), ("simultaneous", (-1 / 3, 2 / 3, 2 / 3))])
+def test_balls_that_touch_pass_impacts_on_in_one_of_two_ways(law, behind):
+    """The last one leaves; or at once: G P = (1 + e) (1, 0) with G = [[2, -1], [-1, 2]] gives P = (4/3, 2/3)."""
+    found = mbdsl.simulate(mbdsl.parse(CRADLE.replace("LAW", law)), step=0.05, stop=0.5)
+    np.testing.assert_allclose([found[f"r{k}.v"][-1] for k in "abc"], behind, atol=1e-9)
+
+
 PILE = """
 {of}model Pile
   Ground ground(frames(left = {{-2.2 m, 0{left}}}, right = {{2.2 m, 0{right}}}));

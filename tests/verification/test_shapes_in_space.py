@@ -106,6 +106,13 @@ def test_a_tilted_cylinder_strikes_with_its_rim(mu):
     assert found["c.impulse_1"][-1] == pytest.approx(P[0])
 
 
+def test_a_rim_whose_corners_do_not_settle_ends_the_run(monkeypatch):
+    monkeypatch.setattr("mbdsl.integrators.rim_corners.MOST", 0)
+    scene = model(cylinder("0, 0, 1", 0.0, 0.9), f"b.z = {L / 2} m;", UPRIGHT, atan(1.02 * R / (L / 2)), 0.4, stop=0.1)
+    with pytest.raises(mbdsl.InitialisationError, match="no point of the rim of `c` was found at which it carries"):
+        mbdsl.simulate(scene, **FIXED)
+
+
 @pytest.mark.parametrize("azimuth", [0.0, 0.4])
 @pytest.mark.parametrize("steep", [0.98, 1.02])
 def test_an_upright_cylinder_tips_where_its_weight_leaves_the_circle(steep, azimuth):

@@ -80,6 +80,22 @@ class Handle:
         return f"<{self} of {self._owner.name}>"
 
 
+def _no_expression(self: Handle, *others: object) -> Handle:
+    """Raise the error of a calculation with handles.
+
+    Raises
+    ------
+    UsageError
+        Always.
+    """
+    hint = f'write it as a text, such as "2*{self}"; an f-string has it by `{{...}}`'
+    raise UsageError(f"`{self}` is a name of the model: Python cannot calculate with it or compare it", hint=hint)
+
+
+for _operator in "neg add radd sub rsub mul rmul truediv rtruediv pow rpow lt le gt ge".split():
+    setattr(Handle, f"__{_operator}__", _no_expression)
+
+
 class Convertible(Protocol):
     """An array of numpy, a column of pandas."""
 

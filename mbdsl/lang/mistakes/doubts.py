@@ -35,6 +35,13 @@ def angle(warn: Warn, value: Value, e: s.Expression | None, what: str) -> None:
             return
 
 
+def undetermined(warn: Warn, d: s.Declaration, what: str) -> None:
+    """Warn about a variable that has a start and nothing that changes it."""
+    hint = "set it in a `when`" if d.type in ("Integer", "Boolean") else f"write its derivative, `der({d.name}) = ...`"
+    hint += f"; a constant is written `parameter {d.type} {d.name} = ...`"
+    warn(f"nothing determines {what}: it keeps its start value", d.at, hint)
+
+
 def pitch_per_angle(warn: Warn, owner: str, value: Value, e: s.Expression | None) -> None:
     """Warn about a pitch in mm/rev or m/rad: angles have no dimension, and a pitch is the length of a turn here."""
     if not isinstance(value, Quantity):

@@ -185,6 +185,8 @@ def _within(
         hint = (
             "the frames at the ends of a body are `a` and `b`" if kind == "END" and before[-1].type == "DOT" else None
         )
+        if kind == "WHEN":
+            hint = "a `when` stands in the section `equation`"
         return f"`{text}` is a word of the language and cannot be a name here", hint or _misspelt(before)
     if kind == "LBRACE" and "LPAR" in expected and previous is not None and previous.type == "NAME":
         return "found `{`, expected `(`", f"values go in parentheses: `{previous.text}(m = 1 kg)`"

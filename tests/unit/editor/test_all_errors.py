@@ -59,15 +59,19 @@ def test_an_equation_with_an_error_still_gives_its_variable():
   Body b(m = 1 kg, I = 1 kg.m2);
   Revolute pin(ground, b.c);
   Real x, y = 2*x;
-  Integer n;
+  Integer n, k[3](each start = 0);
   Torque load(pin, tau = n*x*1 N.m);
   Torque other(pin, tau = 1 m);
 equation
   der(x) = 3 kg;
   when time > 1 m then n = 2; end when;
+  when time > 1 s then
+    k[n] = 2;
+  end when;
 end M;
 """
     assert lines(text) == [8, 10, 11]
+    assert lines(text.replace("1 m then", "1 s then")) == [8, 10, 13]
 
 
 @pytest.mark.parametrize(

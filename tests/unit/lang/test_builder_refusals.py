@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from mbdsl import Builder, MbdslError
+from mbdsl import Builder, MbdslError, UsageError
 from mbdsl.expressions import symbolic as ex
 
 
@@ -213,3 +213,13 @@ def test_a_force_from_the_ground_waits_for_it():
         b.scene()
     b.Ground("g")
     assert b.scene().components["f"].ports["frame_a"] == "g.c"
+
+
+@pytest.mark.parametrize(
+    "wrong", [lambda x: -x, lambda x: 2 * x, lambda x: x + x, lambda x: x > 1], ids=["-", "*", "+", ">"]
+)
+def test_python_does_not_calculate_with_names(wrong):
+    b = Builder("M")
+    with pytest.raises(UsageError, match="`x` is a name of the model") as found:
+        wrong(b.state("x", start=1.0))
+    assert '"2*x"' in found.value.hint

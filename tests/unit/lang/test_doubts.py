@@ -44,6 +44,11 @@ def test_no_shipped_model_has_a_warning(path):
         ("RotationalDriver d(pin, phi = 90);", "`phi` of `d` is 90 rad"),
         ("RotationalSpringDamper s(pin, k = 1, phi0 = 90);", "`phi0` of `s` is 90 rad"),
         ("Torque t(pin, tau = 2 N.m*cos(60));", "the argument of cos() is 60 rad"),
+        ("Real y(start = 3);", "nothing determines `y`: it keeps its start value"),
+        (
+            "Integer k(start = 1), n[3](each start = 0);\nequation\n  when time > 1 s then n[k] = 1; end when;",
+            "nothing determines `k`",
+        ),
         ("parameter Real pi = 3;", "`pi` hides the constant pi, and differs from it by 0.14"),
         ("Frame pi(rod);", "`pi` hides the constant pi"),
         ("SpringDamper s(world, rod.b, c = 100);", "SpringDamper `s` has a damping constant c and no stiffness k"),

@@ -138,6 +138,11 @@ def test_initial_values(initial, message, hint, place):
     assert message in found[0] and hint in found[1] and found[2].startswith(place)
 
 
+def test_gravity_as_a_vector():
+    message, hint, place = refused(SPACE.replace("ground;", "ground(g = {{0, 0, -10}});").format(body=GOOD, more=BALL))
+    assert "expected a single value" in message and "`g = 10 m/s2, n = {0, 0, -1}`" in hint and place.startswith("{0")
+
+
 @pytest.mark.parametrize(
     ("more", "hint"),
     [

@@ -108,6 +108,36 @@ def test_states(model, method, size):
     assert written(resume("run.cp"), "resumed.npz") == written(whole, "whole.npz")
 
 
+FEET = """
+model Feet "a block lands on two feet, and friction of both holds it"
+  Ground ground(g = 10 m/s2);
+  Body block(m = 1 kg, I = 0.1 kg.m2, frames(left = {-0.5 m, -0.1 m}, right = {0.5 m, -0.1 m}));
+  Contact a(gap = block.left.y, slip = block.left.vx, mu = 0.5, e = 0);
+  Contact b(gap = block.right.y, slip = block.right.vx, mu = 0.5, e = 0);
+  Force push(block.c, fx = 1 N);
+  Real work(start = 0 J);
+equation
+  der(work) = a.friction*0.1 m/s;
+initial equation
+  block.x = 0 m; block.vx = 0 m/s; block.y = 0.101 m; block.phi = 0; block.vy = 0 m/s; block.w = 0 rad/s;
+end Feet;
+"""
+
+
+def test_what_is_not_unique_is_said_of_a_run_that_continues(tmp_path, monkeypatch):
+    """The block lands at t = 14 ms; what a run noted before its checkpoint is part of its warnings."""
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "feet.mbd"
+    path.write_text(FEET)
+    monkeypatch.setattr("mbdsl.simulation.simulate.SLICE", 20)
+    given = {"stop": 0.2, "step": 1e-3, "method": "hht-si2"}
+    whole = simulate(path, **given)
+    part(simulate, path, **given, progress=Until(4), checkpoint=Checkpoint("run.cp", every=0.0))
+    said = resume("run.cp").stats["warnings"]
+    assert said == whole.stats["warnings"] and len(said) == 2
+    assert all("not unique from t = 0.0141" in x for x in said)
+
+
 def test_every_step_and_a_body_that_deforms(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     b = Builder("Strip")

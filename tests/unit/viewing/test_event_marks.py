@@ -80,6 +80,13 @@ def test_a_legend_names_the_lines_of_few_events(run, count, name):
     assert [x.name for x in figures[0].series if x.style == "guide"][-1] == name
 
 
+def test_results_with_the_same_label_keep_their_marks(run):
+    results = [SimpleNamespace(events=lambda start, stop, t=t: ([Mark(t, "when", 1, "", "3")], 0)) for t in (0.1, 0.2)]
+    figures, _ = with_events(run.plot("ball.y").panels[:1], results, ["run", "run"])
+    (marks,) = [x for x in figures[0].series if x.name == "when (line 3), run"]
+    assert marks.x[::3] == [0.1, 0.2]
+
+
 def test_many_ticks_are_left_out_and_said():
     run = mbdsl.simulate(mbdsl.parse(BALL.format(period="1 ms")), stop=1.0, method="hht-si2", step=1e-3)
     marks, unmarked = run.event_marks(0.0, 1.0)
@@ -157,3 +164,10 @@ def test_files_and_tables_have_discrete_variables(run, tmp_path):
     shown = [x.name for x in signals(run, None).signals]
     assert "n" in shown and len({*shown}) == len(shown)
     assert [x.name for x in signals(run, ["n", "ball.y"]).signals if x.held] == ["n"]
+
+
+def test_an_impact_at_the_start_is_listed():
+    """A ball that leaves the floor at e v: it is back after 2 e v/g."""
+    text = BALL.format(period="9 s").replace("ball.y = 1 m; ball.vy = 0 m/s;", "ball.y = 0 m; ball.vy = -5 m/s;")
+    run = mbdsl.simulate(mbdsl.parse(text), stop=1.0, method="hht-si2", step=0.01)
+    assert [x.t for x in run.events if x.kind == "impact"] == pytest.approx([0.0, 2 * 0.8 * 5 / 9.81], abs=1e-9)
