@@ -38,7 +38,7 @@ from mbdsl.kernels import buffer_layout as L
 from mbdsl.numerics.first_change import first_change
 from mbdsl.system import System
 from mbdsl.system.accelerations import accelerations
-from mbdsl.system.switches import Switch
+from mbdsl.system.switches import Switch, combined
 
 Array = NDArray[np.float64]
 States = NDArray[np.int64]
@@ -46,8 +46,8 @@ EPS = float(np.finfo(float).eps)
 Way = Callable[[float], tuple[Array, Array]]  #: time from the end of a step -> q, v
 
 #: order above which the acceleration is not constant over the remaining time, and order above which steps end at the
-#: corners of forces, controlled ones and those of a fixed size
-PRECISE, CORNERED, SECOND = 5, 8, 2
+#: corners of forces
+PRECISE, CORNERED = 5, 8
 #: a run makes no progress if more than this number of events lie within this part of its length, and of the length of
 #: this number of steps without events: a relay that switches in every step of a long run makes progress
 CROWD, STANDSTILL, STEPS = 10, 1e-5, 100.0
@@ -182,9 +182,10 @@ class SwitchEvents:
             read = run.grid > 0.0 and self.system.tables.switches_of_multipliers  # a tolerance bounds their error
             turning = self.set is not None and self.set.friction is not None and self.set.friction.turning
             integers[S.WATCHING] = TURNING if turning else REACTIONS if self._of_reactions else BEHIND if read else 1
-            # the error estimate hardly sees a corner between two of many stages, and steps of a fixed size have none
-            integers[S.CORNERS] = declared(run.method).order <= (SECOND if run.grid or self._fixed else CORNERED)
-            integers[S.SIGNATURE] = self.system.signature(self.system.switches(t, q, v, lam))
+            # the error estimate hardly sees a corner between two of many stages
+            passed = declared(run.method).order <= CORNERED
+            integers[S.CORNERS] = passed and all(switch.of_force for switch in switches)
+            integers[S.SIGNATURE] = combined(self.system.switches(t, q, v, lam))
             if self._of_reactions:
                 integers[S.PASSED] = MOST_PASSED
             self._known = self._times(t)
@@ -252,7 +253,7 @@ class SwitchEvents:
         """Set the signature of the switches after a change of inputs."""
         run = self.run
         q, v, lam = run.state()
-        run.integers[S.SIGNATURE] = self.system.signature(self.system.switches(run.time, q, v, lam))
+        run.integers[S.SIGNATURE] = combined(self.system.switches(run.time, q, v, lam))
 
     def come(self) -> tuple[int, Restart | None]:
         """Look for a switch that changes here, where a step was cut short or ended at a known time.
@@ -316,7 +317,7 @@ class SwitchEvents:
                     return acted, None
                 q, v, a, lam = acted
         self._pass(t)
-        integers[S.SIGNATURE] = system.signature(system.switches(t, q, v, lam))
+        integers[S.SIGNATURE] = combined(system.switches(t, q, v, lam))
         integers[S.EVENTS] += 1
         self.times.append(t)
         self.rounding.append(self._of_rounding(t, q, v, a - old_a, known))
@@ -359,7 +360,7 @@ class SwitchEvents:
             most = max(most, TINY * run.span)
         way = self._way(q, v, a)
         late = self._lags or (run.grid > 0.0 and self.system.tables.switches_of_multipliers)
-        if late and self.system.signature(self._switches(t, q, v, lam)[0]) != run.integers[S.SIGNATURE]:
+        if late and combined(self._switches(t, q, v, lam)[0]) != run.integers[S.SIGNATURE]:
             return self._missed(t, way, lam), way
         refines = run.grid or declared(run.method).order > PRECISE
         rough = ROUGH if refines and self.set is not None else LOCATED
@@ -385,7 +386,7 @@ class SwitchEvents:
 
         def look(s: float) -> tuple[bool, Array]:
             states, values = self._switches(t + s, *way(s), lam)
-            return self.system.signature(states) == before, values
+            return combined(states) == before, values
 
         same, values = look(low)
         if not same:
@@ -442,7 +443,7 @@ class SwitchEvents:
         if isinstance(acted, int):
             return acted, None
         q, v, a, lam = acted
-        run.integers[S.SIGNATURE] = system.signature(system.switches(t, q, v, lam))
+        run.integers[S.SIGNATURE] = combined(system.switches(t, q, v, lam))
         return self.set.status, Restart(t, q, v, a, lam, run.longest)
 
     def _left(self, cut: int) -> float:
@@ -532,7 +533,7 @@ class SwitchEvents:
 
         Its error is at most the ``part`` of it. It is first looked for close to ``near``.
         """
-        if self.system.signature(old) != self.run.integers[S.SIGNATURE]:
+        if combined(old) != self.run.integers[S.SIGNATURE]:
             return 0.0  # the last Newton correction of the step has changed a switch
 
         def look(s: float) -> tuple[bool, Array]:

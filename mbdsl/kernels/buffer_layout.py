@@ -91,8 +91,7 @@ RELATIONS, N_RELATIONS = 53, 54
 RELATION = 5  #: ints of such a record before its leaves
 TICKS = 55  #: offset in layout of the record of clocks that set discrete variables (system/clock_tables.py), or 0
 N_STATES = 56  #: number of states, which are the last coordinates
-N_DEMANDS = 57  #: number of switches that do not belong to forces alone; they come first
-BLOCKS = 58  #: first block header
+BLOCKS = 57  #: first block header
 BLOCK = 4  #: ints of a header. Bodies: count, offset in layout. Pairs: count, first row, offset and stride in numbers
 
 # -- tasks of the emitted function ``inertia`` -----------------------------------------------------------------

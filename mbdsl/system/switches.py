@@ -20,9 +20,9 @@ guards; per guard the register of a condition and its required truth.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from functools import cache, reduce
+from functools import cache
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from numpy import floor
@@ -73,12 +73,11 @@ class Switch:
 
 
 def find(forces: Iterable[Expr], demands: Iterable[Expr] = ()) -> list[Switch]:
-    """The switches of all but forces, as of prescribed positions and conditions of events; then those of forces."""
+    """The switches of forces, and of prescribed positions and velocities."""
     demands = list(demands)
     demanded = {switch.node for switch in _find(demands)}
     found = _find([*forces, *demands])
-    found = [replace(switch, of_force=switch.node not in demanded) for switch in found]
-    return sorted(found, key=lambda switch: switch.of_force)
+    return [replace(switch, of_force=switch.node not in demanded) for switch in found]
 
 
 def _find(roots: list[Expr]) -> list[Switch]:
@@ -151,7 +150,6 @@ def tabulate(switches: list[Switch], buffers, tape: Tape) -> list[Quantity]:
     records = [_record(switch, tape) for switch in switches]
     buffers.layout[L.SWITCHES] = buffers.ints([buffers.ints(record) for record in records])
     buffers.layout[L.N_SWITCHES] = len(records)
-    buffers.layout[L.N_DEMANDS] = sum(not switch.of_force for switch in switches)
     return [_quantity(switch.node, tape) for switch in switches]
 
 
@@ -236,25 +234,19 @@ def states(numbers, layout, S):
 
 @rare
 def signature(numbers, layout):
-    """An integer for the states of all switches, which differs if any of them has changed.
-
-    Its quotient by PRIME is that for the switches that do not belong to forces alone.
-    """
-    found, demands = 0, 0
+    """An integer for the states of all switches, which differs if any of them has changed."""
+    found = 0
     for k in range(layout[L.N_SWITCHES]):
         found = (found * BASE + state(k, numbers, layout) % PRIME) % PRIME
-        if k + 1 == layout[L.N_DEMANDS]:
-            demands = found
-    return PRIME * demands + found
+    return found
 
 
-def combined(S: Sequence[int], demands: int) -> int:
-    """The signature of states, of which the first ``demands`` do not belong to forces alone."""
-
-    def of(states: Iterable[int]) -> int:
-        return reduce(lambda found, k: (found * BASE + int(k) % PRIME) % PRIME, states, 0)
-
-    return PRIME * of(S[:demands]) + of(S)
+def combined(S: Iterable[int]) -> int:
+    """The signature of states."""
+    found = 0
+    for k in S:
+        found = (found * BASE + int(k) % PRIME) % PRIME
+    return found
 
 
 @cache

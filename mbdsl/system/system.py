@@ -255,10 +255,6 @@ class System(CompiledScene):
         switches.compiled()(w.numbers, w.layout, found)
         return found.copy()
 
-    def signature(self, states: Integers) -> int:
-        """An integer for the ``states`` of all switches, which differs if any of them has changed."""
-        return switches.combined(states.tolist(), int(self.tables.layout[L.N_DEMANDS]))
-
     def quantities(self) -> Array:
         """The quantity whose sign decides each switch, at the last evaluated state; see
         :func:`mbdsl.system.switches.quantity`."""

@@ -44,8 +44,8 @@ STEP, LAST_STEP, ITERATIONS, MATRICES, FACTORISATIONS, OUTPUT, FRESH, HISTORY, O
 # complete estimates until the effect of stiff dampers is evaluated; steps for which corrections in the last digit count
 # as rounding
 CONTROLLED, REJECTED, SINCE, SAME, IN_A_ROW, EVERY, LANDING, DAMPED, ROUNDING = range(11, 20)
-# of switches: whether there are any; their signature; whether steps may pass over corners of forces; number of times
-# that the present step was cut short; number of events
+# of switches: whether there are any; their signature; whether all are switches of forces, so that corners may be
+# passed; number of times that the present step was cut short; number of events
 WATCHING, SIGNATURE, CORNERS, CUT, EVENTS = range(20, 25)
 # of zones: index of the next zone; number of zones in ``reals``; number of states recorded behind the other reals, and
 # its limit

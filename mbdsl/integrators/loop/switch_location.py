@@ -6,16 +6,15 @@ located on the motion extrapolated from the start of the step, with the accelera
 repeated up to shortly before that time, and :mod:`mbdsl.integrators.events` restarts the run behind the switch.
 
 A step is not repeated if forces have a corner and no jump, and its error is accepted: a corner does not affect methods
-of order 2. What else changes in such a step, behind the corner or with it, is located on the motion to its computed
-end. If forces jump, a step across the switch may have no solution. Therefore switches are also located in steps for
-which Newton's iteration has failed.
+of order 2. If forces jump, a step across the switch may have no solution. Therefore switches are also located in steps
+for which Newton's iteration has failed.
 """
 
 from mbdsl.integrators.loop import loop_state as S
 from mbdsl.integrators.loop.run_data import evaluate
 from mbdsl.kernels import buffer_layout as L
 from mbdsl.kernels.marks import rare
-from mbdsl.system.switches import PRIME, signature
+from mbdsl.system.switches import signature
 
 #: distance between the end of the repeated step and the switch, relative to that from the start of the step; ten times
 #: as much at each further attempt
@@ -24,7 +23,7 @@ SHORT_OF = 1e-4
 CLOSE = 1e-6
 #: relative change of a force below which it has a corner and no jump
 JUMP = 1e-4
-#: a rejected step ends at a corner if at least this part of the step lies before it, or if no shorter one is tried
+#: a rejected step ends at a corner if at least this part of the step lies before it
 WORTH = 0.01
 #: largest remaining time to a switch, relative to the last step, at which it is an event
 LEFT = 1e-3
@@ -33,8 +32,6 @@ LEFT = 1e-3
 MIDDLE, EARLIER = 0.5, 0.25
 #: the part of a step that is tried if it has no solution, and friction sticks
 NEARER = 0.9
-#: most corners in a step that is not repeated
-MOST_CORNERS = 8
 #: values of WATCHING: BEHIND if switches read reactions: the last correction of a step may change them more than a
 #: little, and switches are evaluated after it; REACTIONS if, besides, steps across an event may have no solution or
 #: reactions that lag; TURNING if, besides, joints stick that slide in several directions
@@ -82,15 +79,11 @@ def look(motion, x, h, run):
 def jumps(motion, low, high, h, run):
     """Whether a force jumps between the close parts ``low`` and ``high`` of the step.
 
-    The change is relative to the largest force there and at the ends of the step, in rows FORCE0 and E_V. In models
-    with events, where forces may be zero but for rounding, it is relative to at least the force that changes a velocity
-    by the tolerance within the step. Overwrites E_Q, and the rows that ``look`` writes.
+    The change is relative to the largest force there and at the ends of the step, in rows FORCE0 and E_V. Overwrites
+    E_Q, and the rows that ``look`` writes.
     """
-    reals, vectors, numbers, layout = run.reals, run.vectors, run.numbers, run.layout
-    n, speed = layout[L.N_Q], 1.0 / (reals[S.STOP] - reals[S.START])
-    for i in range(n):
-        speed = max(speed, vectors[L.SCALE, i] * abs(vectors[L.VELOCITY0, i]))
-    least = reals[S.TOL] * speed / h if layout[L.N_DEMANDS] > 0 else 0.0
+    vectors, layout = run.vectors, run.layout
+    n = layout[L.N_Q]
     look(motion, low, h, run)
     for i in range(n):
         vectors[L.E_Q, i] = vectors[L.FORCE, i]
@@ -101,39 +94,8 @@ def jumps(motion, low, high, h, run):
             max(abs(vectors[L.FORCE, i]), abs(vectors[L.E_Q, i])),
             max(abs(vectors[L.FORCE0, i]), abs(vectors[L.E_V, i])),
         )
-        size = max(size, least / vectors[L.SCALE, i] * numbers[layout[L.MASS] + i])
         found = found or not abs(vectors[L.FORCE, i] - vectors[L.E_Q, i]) <= JUMP * size
     return found
-
-
-@rare
-def change(motion, low, old, h, run):
-    """Close parts of the step between which the signature of the switches changes from ``old``, which they have at
-    ``low``, to another."""
-    high = 1.0
-    while high - low > CLOSE * high and high * h > run.reals[S.LEAST_H]:
-        middle = 0.5 * (low + high)
-        if look(motion, middle, h, run) == old:
-            low = middle
-        else:
-            high = middle
-    return low, high
-
-
-@rare
-def beside_corners(h, run):
-    """The part of the step after which, on the motion to its computed end, something changes that is no corner of a
-    force; 1 if nothing does."""
-    low, before, end = 0.0, run.integers[S.SIGNATURE], look(BETWEEN, 1.0, h, run)
-    for _ in range(MOST_CORNERS):
-        if before == end:
-            return 1.0
-        low, high = change(BETWEEN, low, before, h, run)
-        behind = look(BETWEEN, high, h, run)
-        if behind // PRIME != before // PRIME or jumps(BETWEEN, low, high, h, run):
-            return low
-        low, before = high, behind
-    return low
 
 
 @rare
@@ -158,7 +120,7 @@ def until_switch(status, accepted, h, run):
     Reads the registers of the last evaluation of the step. If the result is 1, the rows with the end of an ``accepted``
     step are the same as before; other rows (BEFORE, BEFORE2, E_Q, E_V, TEMPORARY2) are overwritten.
     """
-    integers, vectors, numbers, layout = run.integers, run.vectors, run.numbers, run.layout
+    reals, integers, vectors, numbers, layout = run.reals, run.integers, run.vectors, run.numbers, run.layout
     n, size, row, old, found = (
         layout[L.N_Q],
         layout[L.N_ALL],
@@ -179,14 +141,16 @@ def until_switch(status, accepted, h, run):
         if not found:  # sliding may end within the step, beyond which there is no solution
             return NEARER if integers[S.WATCHING] == REACTIONS else 1.0
         motion = BETWEEN
-    low, high = change(motion, 0.0, old, h, run)
+    low, high = 0.0, 1.0
+    while high - low > CLOSE * high and high * h > reals[S.LEAST_H]:
+        middle = 0.5 * (low + high)
+        if look(motion, middle, h, run) == old:
+            low = middle
+        else:
+            high = middle
     corner = integers[S.CORNERS] > 0 and not jumps(motion, low, high, h, run)
-    if not corner or (not accepted and (low > WORTH or run.reals[S.GRID] > 0.0)):
+    if not corner or (not accepted and low > WORTH):
         return low
-    if found and layout[L.N_DEMANDS] > 0:
-        part = beside_corners(h, run)
-        if part < 1.0:
-            return part
     if not accepted:
         return 1.0
     integers[S.SIGNATURE] = look(BETWEEN, 1.0, h, run)
