@@ -198,7 +198,7 @@ class ContactSet:
         self, t: float, q: Array, v: Array, touching: Touching, depth: Array, others: Rows
     ) -> tuple[Array, Array]:
         """q and v where the gaps closed, before they were negative by ``depth`` (k,): without what this way adds to
-        the energy, u^2 - 2 a depth, impacts would not die away."""
+        the energy, u^2 - 2 a depth, impacts would not die away. Contacts at rest keep their speed."""
         if not depth.any():
             return q, v
         u, slow = self._speeds(t, q, v, touching)
@@ -206,7 +206,7 @@ class ContactSet:
         a, _ = accelerations(self.system, t, q, v, others)
         fall = touching.W[N] @ a - self.system.gamma_c(t, q, v)[self.rows[touching.which]]
         fall = touching.supported(fall, np.abs(u[N]) <= slow)
-        before = np.where(u[N] < 0.0, -np.sqrt(np.maximum(u[N] * u[N] + 2.0 * fall * depth, 0.0)), u[N])
+        before = np.where(u[N] < -slow, -np.sqrt(np.maximum(u[N] * u[N] + 2.0 * fall * depth, 0.0)), u[N])
         right = np.stack([depth, before - u[N]], axis=1)
         shift = least_squares(touching.laws.G[np.ix_(N, N)], right, PARALLEL)  # nearly parallel rows would move much
         X = touching.X[:, N]

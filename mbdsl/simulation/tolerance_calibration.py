@@ -267,7 +267,9 @@ class CalibrationLadder(AmplifiedRounding):
         The order that a few runs show may be far too low, and the ``goal`` orders of magnitude too small: the rung
         between is tried, unless errors that decrease as fast as eps would not become small enough.
         """
-        least = (LADDER.least_of_high_order if self.few or self.irregular else LADDER.least) * self.tol
+        # what a touch may do falls with the root of the error, if it is no `when`, whose effect has no bound
+        touches = self.order > 2 and self.tol < last.contacts[-1] < np.inf
+        least = (LADDER.least_of_high_order if self.few or self.irregular or touches else LADDER.least) * self.tol
         afforded = last.eps * (last.steps / LADDER.most_steps) ** self.order
         if self._runs >= LADDER.most_runs or min(eps, goal) < afforded:
             # two runs alone do not show the order: their difference is stated, which may be much larger than the error

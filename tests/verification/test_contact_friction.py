@@ -420,7 +420,7 @@ end TurnedForce;
     assert run["b.vz"][-1] == pytest.approx(0.7, rel=1e-9)
 
 
-ROD = """
+SLIDING_ROD = """
 spatial model Rod
   Ground ground;
   Body rod(m = 4 kg, I = {0.01, 0.03, 0.03} kg.m2, frames(a = {-0.15, 0, 0} m, b = {0.15, 0, 0} m));
@@ -449,7 +449,7 @@ end Rod;
 def test_one_end_of_a_rod_stops_while_the_other_slides_on(options, bound):
     """Each end carries m g/2. Expected: DOP853 of SciPy (rtol 1e-13) with both ends sliding until A is at rest, then
     a turn about A, which friction of 3.95 N holds (of 7.85 N that it may have), with the constant torque of B."""
-    found = mbdsl.simulate(mbdsl.parse(ROD), **options)
+    found = mbdsl.simulate(mbdsl.parse(SLIDING_ROD), **options)
     assert [(x.kind, x.name) for x in found.events] == [("stick", "A.contact"), ("stick", "B.contact")]
     assert [x.t for x in found.events] == pytest.approx([0.0696528784, 0.1136914003], abs=bound)
     assert [found[x][-1] for x in ("rod.x", "rod.z", "rod.phi_y")] == pytest.approx(

@@ -164,7 +164,9 @@ FOUR_BAR = {
 }
 
 
-@pytest.mark.parametrize("options", [{"step": 1e-4}, {"step": 2e-4, "method": "hht-i3"}])
+@pytest.mark.parametrize(
+    "options", [{"step": 1e-4}, {"step": 2e-4, "method": "hht-i3"}, {"tol": 1e-4, "method": "radau5"}]
+)
 def test_four_bar_with_clearance_in_three_pins(options):
     """Each pin strikes its hole, of 5 mm more, and then slides, rolls and sticks in it."""
     found = final("four_bar_clearance", 0.05, **options)
