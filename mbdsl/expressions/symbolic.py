@@ -8,7 +8,7 @@ are checked before an expression gets here (:mod:`mbdsl.lang.units`).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Container, Iterable
 from typing import Any, ClassVar
 from weakref import WeakValueDictionary
 
@@ -246,21 +246,23 @@ OPERATIONS: dict[str, Callable[..., float]] = {
 }
 
 
-def walk(*roots: Expr) -> list[Expr]:
-    """All nodes below ``roots``, each once, arguments before the nodes that use them."""
+def walk(*roots: Expr, known: Container[Expr] = ()) -> list[Expr]:
+    """All nodes below ``roots``, each once, arguments before the nodes that use them; none of ``known``, nor what is
+    below these only."""
     order: list[Expr] = []
     done: set[Expr] = set()
-    stack = [(root, False) for root in reversed(roots)]
+    stack = list(reversed(roots))
     while stack:
-        node, ready = stack.pop()
-        if node in done:
+        node = stack[-1]
+        if node in done or node in known:
+            stack.pop()
             continue
-        if ready:
+        pending = [a for a in node.args if a not in done and a not in known]
+        if pending:
+            stack.extend(reversed(pending))
+        else:
             done.add(node)
             order.append(node)
-        else:
-            stack.append((node, True))
-            stack.extend((a, False) for a in reversed(node.args) if a not in done)
     return order
 
 

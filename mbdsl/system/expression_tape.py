@@ -56,9 +56,7 @@ class Tape:
     def add(self, root: Expr) -> int:
         """The register of ``root``; appends the missing instructions."""
         self.roots.append(root)
-        for node in walk(root):
-            if node in self._where:
-                continue
+        for node in walk(root, known=self._where):
             if node.op == "time":
                 self._where[node] = 0
                 continue
