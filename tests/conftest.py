@@ -223,6 +223,12 @@ def default_signals():
         signal.signal(number, handler)
 
 
+@pytest.fixture
+def optimised(monkeypatch):
+    """Code is compiled as for users: for runs that would take many seconds with the code of most tests."""
+    monkeypatch.setenv("MBDSL_OPTIMISATION", "3")
+
+
 @pytest.fixture(scope="session")
 def order():
     """``order(steps, errors)``: the slope of a straight line through log(error) over log(step)."""
