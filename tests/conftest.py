@@ -6,11 +6,12 @@ all; so does ``pytest tests/some/test_file.py`` with the tests of this file.
 
 import gc
 import os
+import re
 import signal
 import sys
 import zlib
 from collections import defaultdict
-from fnmatch import fnmatch
+from fnmatch import fnmatch, translate
 from pathlib import Path
 
 try:
@@ -130,6 +131,8 @@ unit/simulation/test_method_choice.py::test_an_ordinary_machine_takes_few_steps?
 unit/simulation/test_method_choice.py::test_stiff_models_take_few_steps*
 """.split()
 
+#: (whether a name matches a pattern, whether it is then deep), the last pattern first
+PATTERNS = [(re.compile(translate(p.removeprefix("!"))).match, not p.startswith("!")) for p in reversed(DEEP)]
 
 peak = {"collected": 0.0}  #: of the memory of this process, when garbage was last collected
 
@@ -143,8 +146,7 @@ def peak_memory():
 
 def is_deep(name):
     """Whether the test ``name``, such as ``unit/lang/test_units.py::test_metres``, has the mark ``deep``."""
-    last = [pattern for pattern in DEEP if fnmatch(name, pattern.removeprefix("!"))][-1:]
-    return bool(last) and not last[0].startswith("!")
+    return next((deep for matches, deep in PATTERNS if matches(name)), False)
 
 
 def drawn(items):
@@ -221,6 +223,12 @@ def default_signals():
     yield
     for number, handler in before.items():
         signal.signal(number, handler)
+
+
+@pytest.fixture
+def optimised(monkeypatch):
+    """Code is compiled as for users: for runs that would take many seconds with the code of most tests."""
+    monkeypatch.setenv("MBDSL_OPTIMISATION", "3")
 
 
 @pytest.fixture(scope="session")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 from mbdsl.expressions.symbolic import RATE, Expr, call, const, coordinate, expr, is_const, is_velocity, leaves, walk
 
@@ -42,50 +42,35 @@ PARTIALS: dict[str, Callable[..., tuple[Expr | float, ...]]] = {
 
 def diff(root: Expr, *variables: Expr) -> list[Expr]:
     """Exact partial derivatives of ``root`` with respect to each leaf in ``variables`` (forward, on the graph)."""
-    return [
-        _forward(order, {variable: const(1.0)}).get(root, const(0.0))
-        for variable, order in zip(variables, _dependent(walk(root), variables), strict=True)
-    ]
-
-
-def _dependent(order: list[Expr], variables: Sequence[Expr]) -> list[list[Expr]]:
-    """The nodes that depend on each of ``variables``, in their ``order``: most depend on few."""
-    own: dict[Expr, set[int]] = {}
-    for i, variable in enumerate(variables):
-        own.setdefault(variable, set()).add(i)
-    found: list[list[Expr]] = [[] for _ in variables]
-    on: dict[Expr, set[int]] = {}
-    for n in order:
-        on[n] = own.get(n, set()).union(*(on[a] for a in n.args))
-        for i in on[n]:
-            found[i].append(n)
-    return found
+    order = walk(root)
+    one, zero = const(1.0), const(0.0)
+    return [_forward(order, {variable: one}).get(root, zero) for variable in variables]
 
 
 def _forward(order: list[Expr], seeds: dict[Expr, Expr]) -> dict[Expr, Expr]:
-    """The derivatives of nodes, which are in an order of :func:`walk`, where those of leaves are ``seeds``; they are
-    zero at nodes that are left out."""
+    """The derivatives of nodes that are not zero. The nodes are in an order of :func:`walk`, and ``seeds`` are the
+    derivatives of leaves."""
     d: dict[Expr, Expr] = {}
-    zero = const(0.0)
+    zero, depending = const(0.0), d.keys()
     for n in order:
-        by = [d.get(a, zero) for a in n.args]
         if n in seeds:
             d[n] = seeds[n]
-        elif all(x is zero for x in by):  # equal nodes are one
-            d[n] = zero
+        elif depending.isdisjoint(n.args):
+            continue
         elif n.op == "table":
             table, nth = n.value
-            d[n] = Expr("table", n.args, (table, nth + 1)) * by[0]
+            d[n] = Expr("table", n.args, (table, nth + 1)) * d[n.args[0]]
         elif n.op == "select":
-            d[n] = call("select", n.args[0], by[1], by[2])
+            d[n] = call("select", n.args[0], d.get(n.args[1], zero), d.get(n.args[2], zero))
         elif n.op in PARTIALS:
             total = zero
-            for x, p in zip(by, PARTIALS[n.op](n, *n.args), strict=True):
-                if x is not zero:
-                    total = total + expr(p) * x
+            for a, p in zip(n.args, PARTIALS[n.op](n, *n.args), strict=True):
+                if a in d:
+                    total = total + expr(p) * d[a]
             d[n] = total
-        else:  # comparisons, floor, ceil, sign: piecewise constant
-            d[n] = zero
+        # comparisons, floor, ceil, sign: piecewise constant
+        if n in d and is_const(d[n], 0.0):
+            del d[n]
     return d
 
 
@@ -108,7 +93,7 @@ def flow(root: Expr) -> Expr:
     where it depends on many leaves."""
     order = walk(root)
     seeds = {n: rate for n in order if n.op == "coordinate" and (rate := _rate(n)) is not None}
-    return _forward(order, seeds)[root]
+    return _forward(order, seeds).get(root, const(0.0))
 
 
 def der(root: Expr, rates: Callable[[Expr], Expr | None] = lambda leaf: None) -> Expr:

@@ -247,19 +247,20 @@ OPERATIONS: dict[str, Callable[..., float]] = {
 
 
 def walk(*roots: Expr, known: Container[Expr] = ()) -> list[Expr]:
-    """All nodes below ``roots``, each once, arguments before the nodes that use them; without those ``known`` and what
-    is below them."""
+    """All nodes below ``roots``, each once, arguments before the nodes that use them; none of ``known``, nor what is
+    below these only."""
     order: list[Expr] = []
     done: set[Expr] = set()
     stack = list(reversed(roots))
     while stack:
         node = stack[-1]
-        before = [] if node in done else [a for a in node.args if a not in done and a not in known]
-        if before:
-            stack.extend(reversed(before))
+        if node in done or node in known:
+            stack.pop()
             continue
-        stack.pop()
-        if node not in done and node not in known:
+        pending = [a for a in node.args if a not in done and a not in known]
+        if pending:
+            stack.extend(reversed(pending))
+        else:
             done.add(node)
             order.append(node)
     return order

@@ -250,10 +250,10 @@ def test_redundant_rows_are_watched():
     with pytest.raises(mbdsl.IntegrationError, match=violated + "0.06 s on") as bad:
         mbdsl.simulate(mbdsl.parse(text), step=1e-3, interval=0.01, stop=0.1, general=True)
     assert bad.value.trajectory.t[-1] == pytest.approx(0.06)
-    # between outputs, the state of a long run is looked at after parts of a second: 1e7 steps take many seconds
+    # between outputs, the state of a long run is looked at after parts of a second: 1e6 steps take many seconds
     with pytest.raises(mbdsl.IntegrationError, match=violated) as bad:
-        mbdsl.simulate(mbdsl.parse(text), step=1e-6, interval=10.0, stop=10.0, general=True)
-    assert bad.value.trajectory.stats["steps"] < 5_000_000
+        mbdsl.simulate(mbdsl.parse(text), step=1e-5, interval=10.0, stop=10.0, general=True)
+    assert bad.value.trajectory.stats["steps"] < 500_000
     assert 0.051 < bad.value.trajectory.t[-1] < 5.0
 
 

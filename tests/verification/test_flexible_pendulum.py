@@ -23,7 +23,7 @@ def distance(model, reference):
     return find
 
 
-def test_tip(distance):
+def test_tip(distance, optimised):
     """More elements and shorter steps come closer: 16 elements do not resolve short waves, 64 reach the error bound."""
     coarse, middle, fine = distance(16, 1e-4), distance(32, 1e-4), distance(64, 5e-5)
     assert fine < TRUSTED

@@ -235,7 +235,7 @@ end Double;
 """
 
 
-def test_chaos_has_a_horizon_up_to_which_methods_agree():
+def test_chaos_has_a_horizon_up_to_which_methods_agree(optimised):
     one, two = (run(mbdsl.parse(CHAOS), method, 1e-5) for method in ("radau5", "hht-si2"))
     assert not one[1] and not two[1]
     (a, _), (b, _) = one, two

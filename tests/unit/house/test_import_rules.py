@@ -4,6 +4,7 @@ import ast
 import os
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -123,7 +124,8 @@ def name_of(file):
 FILES = {name_of(file): file for file in sorted(PACKAGE.rglob("*.py"))}
 
 
-def _arrows():
+@cache
+def arrows_of_imports():
     """Module -> {module, or name of another package: when it is imported, the first of the three}."""
     found = {}
     for name, file in FILES.items():
@@ -139,9 +141,6 @@ def _arrows():
     return found
 
 
-ARROWS = _arrows()
-
-
 def closure(names, kinds):
     """Modules reached by imports of these kinds but those of UPWARD -> the path to them; importing a module imports its
     packages."""
@@ -149,7 +148,7 @@ def closure(names, kinds):
     pending = list(ways)
     while pending:
         name = pending.pop()
-        targets = ARROWS.get(name, {}).items()
+        targets = arrows_of_imports().get(name, {}).items()
         following = [target for target, when in targets if when in kinds and (name, target) not in UPWARD]
         if name in FILES and "." in name:
             following.append(name.rpartition(".")[0])
@@ -192,7 +191,7 @@ def test_no_import_runs_up():
     floor = {name: k for k, name in enumerate(ROOMS)}
     up = {
         (name, target)
-        for name, targets in ARROWS.items()
+        for name, targets in arrows_of_imports().items()
         for target in targets
         if target in FILES and floor[room(target)] < floor[room(name)]
     }
@@ -200,7 +199,7 @@ def test_no_import_runs_up():
 
 
 def test_no_imports_go_round_in_circles():
-    arrows = {(a, b): when for a, targets in ARROWS.items() for b, when in targets.items() if b in FILES}
+    arrows = {(a, b): when for a, targets in arrows_of_imports().items() for b, when in targets.items() if b in FILES}
     assert {arrow for arrow in CIRCLES if arrows.get(arrow, AT_IMPORT) == AT_IMPORT} == set()
     left = {name: {b for a, b in arrows if a == name} for name in FILES}
     for a, b in {**CIRCLES, **UPWARD}:
@@ -241,7 +240,7 @@ def test_no_part_imports_what_it_need_not_see(part):
     wrong = [
         f"{name} imports {target}"
         for name in modules(part)
-        for target in ARROWS[name]
+        for target in arrows_of_imports()[name]
         if any(target == f or target.startswith(f + ".") for f in UNSEEN[part]) and not target.startswith(SEEN)
     ]
     assert wrong == []
