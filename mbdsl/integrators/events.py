@@ -294,7 +294,7 @@ class SwitchEvents:
                 # the step's own reactions change a mode, those of the motion may not
                 far, way = h if run.grid else 0.5 * SHORT * run.span, self._way(q, v, a)
                 found = self._distance(t, way, lam, old, far)
-                located = (found, way) if found else (far, self._refined(t, q, v, a, far))
+                located, h = (found, way) if found else (far, self._refined(t, q, v, a, far)), max(h, far)
             if located is None:
                 return self._progress(t, old) if at_once else S.RUNNING, None
             (s, way), old_a, begun = located, a, t
@@ -354,9 +354,8 @@ class SwitchEvents:
         """The time from t to just behind the change of a switch, and the way there from q, v, a; None if it is farther
         away than steps can end before it."""
         run, least, (q, v, a) = self.run, self.run.reals[S.LEAST_H], state
-        # where reactions of one attempt show another event, the next attempt ends before it
-        tried = at_once or cut > (0 if run.grid else 1)
-        if tried and (end := self._end_of_slide(t, q, v)) is not None and (end.stopped or at_once):
+        # an attempt across another event is cut once, one across the end of a slide again and again
+        if (at_once or cut > 1) and (end := self._end_of_slide(t, q, v)) is not None and (end.stopped or at_once):
             return end.nodes[-1][0], end.state
         most = self._left(cut) * run.reals[S.LAST_H]
         if at_once:  # reactions of shorter steps have larger errors, of rounding

@@ -25,8 +25,8 @@ PART, MOST = 0.25, 200
 WITHIN = 2.0
 #: speed, relative to that which counts as rest, below which a slide has just begun; and that of a contact at its end
 BEGUN, STOPPED = 10.0, 0.5
-#: part of the tolerance that the error of velocities in a step may be; tolerance of runs with fixed steps
-OF_TOLERANCE, FIXED = 0.1, 1e-6
+#: part of the tolerance that the error of velocities in a step may be, but for rounding; tolerance of fixed steps
+OF_TOLERANCE, ROUNDED, FIXED = 0.1, 1e-13, 1e-6
 #: length of a step, relative to the time, that is not halved
 LEAST = 1e-13
 
@@ -99,7 +99,7 @@ def final_slide(system: System, slides: Sequence[Slides], at: At, h: float, tol:
     nodes, before, stopped = [(0.0, at)], _switches(system, at), False
     for _ in range(MOST):
         s, at = nodes[-1]
-        step, there = _step(system, at, PART * min(left, h), OF_TOLERANCE * (tol or FIXED))
+        step, there = _step(system, at, PART * min(left, h), max(OF_TOLERANCE * (tol or FIXED), ROUNDED))
         there = there._replace(numbers=dict(at.numbers))
         left = min(x.time_left(there) for x in slides)
         stopped = any(x.stopped(there) for x in slides)

@@ -57,7 +57,7 @@ class Touching(NamedTuple):
 
 def alike(x: Array, y: Array) -> bool:
     """Whether two arrays differ by rounding alone."""
-    return bool(np.abs(x - y).max(initial=0.0) <= ROUGHLY * np.abs(y).max(initial=0.0))
+    return x.shape == y.shape and bool(np.abs(x - y).max(initial=0.0) <= ROUGHLY * np.abs(y).max(initial=0.0))
 
 
 def senses(own: Touching, u: Array, edge: float) -> tuple[int, ...]:

@@ -228,7 +228,7 @@ class CalibrationLadder(AmplifiedRounding):
         if last.differs > LADDER.saturated and self.growth is None and self._hopeless(last):
             self.reason = self._of_rounding()
         enough = LADDER.aim * tol
-        if self.reason and last.eps <= enough:
+        if (self.reason and last.eps <= enough) or self._differ_again():
             return None
         # a contact with another outcome in another run changes the motion once; the motion after it converges again
         decided = all(x.contacts[-1] <= tol for x in trials[-3:] if len(x.contacts))
@@ -260,6 +260,11 @@ class CalibrationLadder(AmplifiedRounding):
                 return None
             eps = max(eps, self._between(last))
         return self._within_reach(last, eps, goal or eps)
+
+    def _differ_again(self) -> bool:
+        """Whether the last four runs have had other events than the run before, from the same time on."""
+        times = [x.event.t if x.done and x.event is not None else np.inf for x in self.trials[-4:]]
+        return len(times) == 4 and max(times) - min(times) <= LADDER.together * self.span
 
     def _within_reach(self, last: Trial, eps: float, goal: float) -> float | None:
         """The next eps, neither below the least one nor with more steps than can be afforded; None if it is of no use.
