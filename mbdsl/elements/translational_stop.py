@@ -23,7 +23,8 @@ def check_limits(values, low, high):
     if values[low] is None and values[high] is None:
         return f"give `{low}`, `{high}` or both"
     if None not in (values[low], values[high]) and not values[low] < values[high]:
-        return f"{low} = {values[low]:g} is not less than {high} = {values[high]:g}\nexchange them"
+        hint = "\nexchange them" if values[low] > values[high] else ""
+        return f"{low} = {values[low]:g} is not less than {high} = {values[high]:g}{hint}"
     return None
 
 

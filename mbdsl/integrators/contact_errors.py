@@ -77,7 +77,7 @@ def check_gradients(contacts: Sequence[Contact], touching: Touching, tables: Tab
         contact = contacts[int(touching.which[k])]
         if change[k] < FLAT * (1.0 if contact.unit == "rad" else tables.size):
             message = f"the gap of `{contact.name}` hardly changes with the positions where it closes, at t = {t:.9g} s"
-            hint = "write a distance, whose derivative is not zero there: `b.x` for `b.x^3`"
+            hint = "write a distance, such as `b.x` in place of `b.x^3`"
             raise UnsolvedContactsError(message, contact.span, hint)
 
 

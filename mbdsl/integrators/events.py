@@ -54,7 +54,7 @@ PRECISE, CORNERED = 5, 8
 CROWD, STANDSTILL, STEPS = 10, 1e-5, 100.0
 #: nor with MANY events within the part HARDLY of its length: it would take hours. Nor with MANY events within this part
 #: of the time so far if the rest would have more than TOO_MANY at this rate, as with a body that bounces ever lower
-MANY, HARDLY, TOO_MANY = 200, 1e-4, 1e6
+MANY, HARDLY, TOO_MANY = 100, 1e-4, 1e6
 #: the same number of events at times that are known in advance, as at the knots of a table of time. They come to an
 #: end, unless a law repeats with a tiny period: the rest would have TOO_MANY_KNOWN at the rate of the last FEW
 MANY_KNOWN, FEW, TOO_MANY_KNOWN = 10_000, 40, 1e9
@@ -292,9 +292,10 @@ class SwitchEvents:
             located = (s, self._way(q, v, a)) if known else self._located(t, (q, v, a), lam, old, cut, at_once)
             if located is None and at_once and system.tables.switches_of_multipliers:
                 # the step's own reactions change a mode, those of the motion may not
-                far, way = h if run.grid else 0.5 * SHORT * run.span, self._way(q, v, a)
-                found = self._distance(t, way, lam, old, far)
-                located, h = (found, way) if found else (far, self._refined(t, q, v, a, far)), max(h, far)
+                far = max(min(h if run.grid else 0.5 * SHORT * run.span, self._room(t)), 4.0 * least)
+                far, refined = self._by_motion(t, q, v, a, far)
+                found = self._distance(t, way := self._way(q, v, a), lam, old, far)
+                located, h = (found, way) if found else (far, refined), max(h, far)
             if located is None:
                 return self._progress(t, old) if at_once else S.RUNNING, None
             (s, way), old_a, begun = located, a, t
@@ -402,10 +403,17 @@ class SwitchEvents:
         """Where a joint or contact stops that slides in several directions, if this is near."""
         if self.set is None or not (slides := self.set.turning):
             return None
-        at = At(t, q, v, self.run.left_out, dict(self.set.values), [])
-        end = final_slide(self.system, slides, at, self.run.grid or self.run.reals[S.LAST_H], self.run.tol)
-        put(self.system, self.set.values, self.run.left_out)
+        run, limits = self.run, (float(self.run.reals[S.LEAST_H]), self._room(t))
+        if not limits[1] > 4.0 * limits[0]:
+            return None
+        at = At(t, q, v, run.left_out, dict(self.set.values), [])
+        end = final_slide(self.system, slides, at, run.grid or run.reals[S.LAST_H], run.tol, limits)
+        put(self.system, self.set.values, run.left_out)
         return end
+
+    def _room(self, t: float) -> float:
+        """The time from t to the next known event, or to the end [s]."""
+        return float(min(self.run.reals[S.NEXT_EVENT], self.run.reals[S.STOP]) - t)
 
     def _acted(
         self, t: float, q: Array, v: Array, given: Mapping[str, float] | None = None
@@ -503,6 +511,21 @@ class SwitchEvents:
         b, _ = accelerations(self.system, t + s / 2, *middle, self.run.left_out)
         return self._way(q, v, a, (b - a) / s)
 
+    def _by_motion(self, t: float, q: Array, v: Array, a: Array, s: float) -> tuple[float, Way]:
+        """The same over a time of at most s; where a tolerance controls steps, the accelerations at its end are those
+        of the way, but for the tolerance."""
+        run, scale = self.run, self.system.tables.scale
+        while True:
+            way = self._refined(t, q, v, a, s)
+            q1, v1 = way(s)
+            if run.grid or s <= 8.0 * run.reals[S.LEAST_H]:
+                return s, way
+            b, _ = accelerations(self.system, t + s, q1, v1, run.left_out)
+            error = s * float(np.abs((b + a - 2.0 * (v1 - v) / s) * scale).max(initial=0.0))
+            if error <= (run.tol or 0.0) * float(np.abs(v1 * scale).max(initial=0.0)):
+                return s, way
+            s /= 2
+
     def no_accelerations(self, t: float, q: Array, v: Array) -> int:
         """The status of a run that stops at a state without accelerations."""
         if self.set is not None and self.set.contacts is not None:
@@ -514,8 +537,8 @@ class SwitchEvents:
 
     def _stands_still(self, t: float) -> bool:
         """Whether steps are cut short again and again, which happens also without events."""
-        self._cut = [*self._cut[1 - 2 * MANY :], t]
-        return len(self._cut) == 2 * MANY and t - self._cut[0] < HARDLY * self._horizon
+        self._cut = [*self._cut[1 - 4 * MANY :], t]
+        return len(self._cut) == 4 * MANY and t - self._cut[0] < HARDLY * self._horizon
 
     @property
     def _horizon(self) -> float:

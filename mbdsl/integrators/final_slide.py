@@ -27,8 +27,6 @@ WITHIN = 2.0
 BEGUN, STOPPED = 10.0, 0.5
 #: part of the tolerance that the error of velocities in a step may be, but for rounding; tolerance of fixed steps
 OF_TOLERANCE, ROUNDED, FIXED = 0.1, 1e-13, 1e-6
-#: length of a step, relative to the time, that is not halved
-LEAST = 1e-13
 
 
 class Slides(Protocol):
@@ -90,23 +88,26 @@ class ContactSlides:
         return len(self._faster(at, STOPPED)[1]) < len(self._sliding(at))
 
 
-def final_slide(system: System, slides: Sequence[Slides], at: At, h: float, tol: float | None) -> End | None:
+def final_slide(
+    system: System, slides: Sequence[Slides], at: At, h: float, tol: float | None, limits: tuple[float, float]
+) -> End | None:
     """The end of a slide that is expected within a few steps of length ``h`` [s], or where another event comes first;
-    None if there is none."""
+    None if there is none. ``limits``: the shortest step, and the longest way, up to a known event [s]."""
     left = min(x.time_left(at, BEGUN) for x in slides)
     if not left < WITHIN * h:
         return None
     nodes, before, stopped = [(0.0, at)], _switches(system, at), False
     for _ in range(MOST):
         s, at = nodes[-1]
-        step, there = _step(system, at, PART * min(left, h), max(OF_TOLERANCE * (tol or FIXED), ROUNDED))
+        longest = min(PART * min(left, h), limits[1] - s)
+        step, there = _step(system, at, longest, max(OF_TOLERANCE * (tol or FIXED), ROUNDED), limits[0])
         there = there._replace(numbers=dict(at.numbers))
         left = min(x.time_left(there) for x in slides)
         stopped = any(x.stopped(there) for x in slides)
         if not stopped and (_switches(system, there) != before).any():
             break  # another event comes first
         nodes.append((s + step, there))
-        if stopped or not s + step + left < 2.0 * WITHIN * h:
+        if stopped or not s + step + left < 2.0 * WITHIN * h or not s + step + limits[0] < limits[1]:
             break
     return End(system, nodes, stopped) if len(nodes) > 1 else None
 
@@ -116,7 +117,7 @@ def _switches(system: System, at: At) -> NDArray[np.int64]:
     return system.switches(at.t, at.q, at.v, lam)
 
 
-def _step(system: System, at: At, h: float, tol: float) -> tuple[float, At]:
+def _step(system: System, at: At, h: float, tol: float, least: float) -> tuple[float, At]:
     """A step of at most h [s], whose error is ``tol`` relative to the largest velocity: its length, and the state."""
     whole = _stepped(system, at, h)
     while True:
@@ -124,7 +125,7 @@ def _step(system: System, at: At, h: float, tol: float) -> tuple[float, At]:
         there = _stepped(system, half, h / 2)
         scale = system.tables.scale
         error = float(np.abs((there.v - whole.v) * scale).max(initial=0.0)) / 15.0
-        if error <= tol * float(np.abs(there.v * scale).max(initial=0.0)) or h <= LEAST * abs(at.t):
+        if error <= tol * float(np.abs(there.v * scale).max(initial=0.0)) or h <= 2.0 * least:
             return h, there
         h, whole = h / 2, half
 

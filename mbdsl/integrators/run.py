@@ -374,6 +374,8 @@ class MethodRun(RunState):
         events = self.events.set if self.tol is not None else None
         outside = {} if events is None else {name: x for name, x in inputs.items() if name in events.inputs}
         if events is not None:
+            if outside and events.contacts is not None:  # gaps may jump
+                events.contacts.before(t, self.state()[0], events.values)
             events.inputs |= outside
 
         def change() -> None:

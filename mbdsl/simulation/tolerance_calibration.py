@@ -228,7 +228,10 @@ class CalibrationLadder(AmplifiedRounding):
         if last.differs > LADDER.saturated and self.growth is None and self._hopeless(last):
             self.reason = self._of_rounding()
         enough = LADDER.aim * tol
-        if (self.reason and last.eps <= enough) or self._differ_again():
+        if self._differ_again():
+            self.reason = self.reason or NO_CONVERGENCE
+            return None
+        if self.reason and last.eps <= enough:
             return None
         # a contact with another outcome in another run changes the motion once; the motion after it converges again
         decided = all(x.contacts[-1] <= tol for x in trials[-3:] if len(x.contacts))

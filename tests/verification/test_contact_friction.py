@@ -458,3 +458,10 @@ def test_one_end_of_a_rod_stops_while_the_other_slides_on(options, bound):
     moves = found.t < 0.1136914
     assert np.abs(found["rod.wy"][~moves]).max() < 1e-9
     np.testing.assert_array_less(np.diff(found["rod.wy"][moves]), 0.0)  # outputs on the way to the stop, too
+
+
+def test_single_steps_end_at_their_ends_where_a_slide_ends_behind():
+    sim = mbdsl.Simulation(mbdsl.parse(SLIDING_ROD), step=0.01391, method="hht-si2")
+    sim.step(5)  # to 0.06955 s: 1e-4 s before A stops
+    other = mbdsl.simulate(mbdsl.parse(SLIDING_ROD), method="radau9", step=1e-3, stop=5 * 0.01391)
+    assert sim["rod.wy"] == pytest.approx(other["rod.wy"][-1], abs=1e-3)

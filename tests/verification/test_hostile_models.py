@@ -141,6 +141,18 @@ def test_a_gap_whose_derivative_is_zero_where_it_closes(gap):
         mbdsl.simulate(mbdsl.parse(text), stop=3.0, step=0.01, method="hht-si2")
 
 
+def test_a_gap_that_jumps_into_an_overlap_by_an_input():
+    """The body was moved out of the overlap in silence."""
+    declared = (
+        'input Real h(unit = "m", start = 0); Force hold(b.c, fy = 9.81 N); Contact c(gap = rail.s - h, e = 0.5);'
+    )
+    simulation = mbdsl.Simulation(mbdsl.parse(MODEL.format(declared=declared, events="")), step=0.01)
+    simulation.step(5)
+    simulation.inputs["h"] = 1.2
+    with pytest.raises(IntegrationError, match=r"the gap of `c` jumps from 1 to -0\.2 m at t = 0\.05 s"):
+        simulation.step(5)
+
+
 @pytest.mark.parametrize("given", [{"step": 0.01}, {"tol": 1e-4}, {"step": 0.01, "method": "radau5"}], ids=str)
 def test_a_gap_that_jumps_into_an_overlap(given):
     """A step h of 0.3 m at each tick, below a body at 1 m; the bodies overlapped in silence, or "at the start"."""
