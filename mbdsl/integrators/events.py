@@ -518,7 +518,7 @@ class SwitchEvents:
         while True:
             way = self._refined(t, q, v, a, s)
             q1, v1 = way(s)
-            if run.grid or s <= 8.0 * run.reals[S.LEAST_H]:
+            if self._fixed or run.grid or s <= 8.0 * run.reals[S.LEAST_H]:
                 return s, way
             b, _ = accelerations(self.system, t + s, q1, v1, run.left_out)
             error = s * float(np.abs((b + a - 2.0 * (v1 - v) / s) * scale).max(initial=0.0))

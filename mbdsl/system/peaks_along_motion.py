@@ -64,7 +64,7 @@ UNCOUNTED = Turns(0, {})
 
 
 #: operations that the search of any run may take
-LEAST = 3e7
+LEAST = 1e6
 #: what a run keeps of its search: the number of operations, of steps, and the time since which it is given up [s]
 OPERATIONS, STEPS, GIVEN_UP = range(3)
 
